@@ -1,0 +1,10 @@
+"""Pictures of a fit and of the preparation before it, as PNG, from plain arrays."""
+
+from jaxsat.plotting.currents import draw_currents as draw_currents
+from jaxsat.plotting.field_angle import draw_field_angle as draw_field_angle
+from jaxsat.plotting.parameters import draw_parameters as draw_parameters
+from jaxsat.plotting.preparation import draw_coordinates as draw_coordinates
+from jaxsat.plotting.preparation import draw_magnetometers as draw_magnetometers
+from jaxsat.plotting.preparation import draw_orbit_residuals as draw_orbit_residuals
+from jaxsat.plotting.preparation import draw_panel_currents as draw_panel_currents
+from jaxsat.plotting.style import png_bytes as png_bytes

@@ -1,0 +1,9 @@
+"""Telemetry files: units and frames are converted here and nowhere else."""
+
+from jaxsat.telemetry.cleaning import CleaningSettings as CleaningSettings
+from jaxsat.telemetry.cleaning import Rejection as Rejection
+from jaxsat.telemetry.cleaning import Session as Session
+from jaxsat.telemetry.cleaning import check_usable as check_usable
+from jaxsat.telemetry.cleaning import clean as clean
+from jaxsat.telemetry.raw_sun import RawSunFile as RawSunFile
+from jaxsat.telemetry.raw_sun import read_raw_sun as read_raw_sun

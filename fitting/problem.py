@@ -1,0 +1,118 @@
+"""The data of one fit: tables, measurements and weights, padded so that like files share a compiled program."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from fitting.parameters import DYNAMIC, STATE, Parametrization, build_model
+from jaxsat.dynamics import AttitudeState
+from jaxsat.environment import LightTable, OrbitTable
+from jaxsat.integrators import BLOCK, StepGrid
+from jaxsat.math import quaternion
+from jaxsat.sensors.solar_panels import panel_currents
+from jaxsat.simulate import simulate
+
+PAD_SAMPLES = 16
+PAD_STEPS = 64
+"""Samples and steps of a problem are padded to multiples of these."""
+
+RATE_UNIT = 1.0 / 60.0
+"""Unit of the rate unknowns [rad/s]: a radian, the attitude's own unit, in a minute."""
+
+
+class Problem(eqx.Module):
+    """Everything about a session that does not change while it is fitted."""
+
+    grid: StepGrid
+    orbit: OrbitTable
+    """At the grid's nodes."""
+    light: LightTable
+    """At the samples."""
+    measured: Float[Array | np.ndarray, "samples 6"]
+    """Panel currents [A]."""
+    valid: Bool[Array | np.ndarray, " samples"]
+    """False for padding."""
+    noise: Float[Array | np.ndarray, ""]
+    """1-sigma of one current, quantisation included [A]."""
+
+
+class Prediction(eqx.Module):
+    """Whitened residuals of one trajectory and the attitude behind them."""
+
+    residual: Float[Array, "samples 6"]
+    """(modelled - measured) / noise."""
+    quaternion: Float[Array, "samples 4"]
+    angular_velocity: Float[Array, "samples 3"]
+    rotation_jacobian: Float[Array, "samples 3 unknowns"]
+    """Small rotation in body axes [rad] for a unit change of each unknown."""
+
+
+def predict(
+    problem: Problem,
+    parameters: Parametrization,
+    x: Float[Array, " unknowns"],
+    reference: Float[Array, "4"],
+    blocks: Int[Array, ""],
+) -> tuple[Prediction, Float[Array, "samples 6 unknowns"]]:
+    """Residuals of one start about the attitude `reference` at the grid's start, and their exact Jacobian.
+
+    Only the state and the dynamic parameters are carried through the integration in forward mode; the sensor's own
+    parameters and the attitude at each sample enter by the chain rule.
+    """
+    free_dynamic = [name for name in parameters.free if name in DYNAMIC]
+    n_moving = len(STATE) + len(free_dynamic)
+    moving, fixed = x[:n_moving], x[n_moving:]
+
+    def motion(moving):
+        values = parameters.values(jnp.concatenate([moving[6:], fixed]))
+        spacecraft, _ = build_model(values, jnp.asarray(parameters.reference_field))
+        q0 = quaternion.multiply(reference, quaternion.from_rotation_vector(moving[:3]))
+        initial = AttitudeState(q0, moving[3:6] * RATE_UNIT)
+        trajectory = simulate(spacecraft, initial, problem.orbit, problem.grid, blocks=blocks)
+        return trajectory.quaternion, trajectory
+
+    tangents, trajectory = jax.jacfwd(motion, has_aux=True)(moving)
+    q = trajectory.quaternion
+    # q' = q (0, r/2): the rotation r in body axes that each unit tangent of q stands for.
+    product = jax.vmap(lambda p: quaternion.multiply(quaternion.conjugate(q), p), in_axes=-1, out_axes=-1)
+    rotation = 2.0 * product(tangents)[:, 1:]
+
+    def currents(turn, fixed, q, light):
+        values = parameters.values(jnp.concatenate([moving[6:], fixed]))
+        spacecraft, albedo = build_model(values, jnp.asarray(parameters.reference_field))
+        turned = quaternion.multiply(q, quaternion.from_rotation_vector(turn))
+        modelled = panel_currents(turned, spacecraft.panels, albedo, light)
+        return modelled, modelled
+
+    def at_sample(q, light):
+        (by_turn, by_sensor), modelled = jax.jacfwd(currents, argnums=(0, 1), has_aux=True)(
+            jnp.zeros(3, dtype=q.dtype), fixed, q, light
+        )
+        return modelled, by_turn, by_sensor
+
+    # Only the arc's samples: on the first, short arcs the sensor would cost more than the motion.
+    inputs = (q, problem.light, problem.measured, rotation)
+    blank = (jnp.zeros_like(problem.measured), jnp.zeros((*problem.measured.shape, x.shape[0]), dtype=x.dtype))
+
+    def sample_block(number, carry):
+        begin = number * PAD_SAMPLES
+        part = jax.tree.map(lambda leaf: jax.lax.dynamic_slice_in_dim(jnp.asarray(leaf), begin, PAD_SAMPLES), inputs)
+        q, light, measured, rotation = part
+        modelled, by_turn, by_sensor = jax.vmap(at_sample)(q, light)
+        new = (modelled - measured, jnp.concatenate([by_turn @ rotation, by_sensor], axis=-1))
+        return jax.tree.map(
+            lambda old, block: jax.lax.dynamic_update_slice_in_dim(old, block / problem.noise, begin, axis=0), carry, new
+        )
+
+    samples = jnp.sum(jnp.asarray(problem.grid.sample_index) <= blocks * BLOCK)
+    residual, jacobian = jax.lax.fori_loop(0, (samples + PAD_SAMPLES - 1) // PAD_SAMPLES, sample_block, blank)
+    padding = jnp.zeros((*rotation.shape[:2], fixed.shape[0]), dtype=rotation.dtype)
+    prediction = Prediction(
+        residual=residual,
+        quaternion=q,
+        angular_velocity=trajectory.angular_velocity,
+        rotation_jacobian=jnp.concatenate([rotation, padding], axis=-1),
+    )
+    return prediction, jacobian

@@ -1,0 +1,85 @@
+"""The last steps of a fit: whole arc, fine grid, samples that no attitude explains left out, minima compared."""
+
+from dataclasses import dataclass
+
+import jax
+import numpy as np
+
+from fitting.parameters import Parametrization
+from fitting.problem import Problem
+from fitting.solvers.least_squares import CHUNK, Point
+from fitting.solvers.multi_start import Progress, Stage, Starts, distinct, solve
+
+SAMPLE_LIMIT = 30.0
+"""Sum of squared residuals over the six panels of a sample, in sigmas, beyond which it is left out.
+
+Noise alone exceeds it once in 25 000 samples (chi-square, 6 degrees of freedom); a charge current limited to 80 %
+exceeds it by far, for the brightest panel of a box never carries less than 58 % of its maximum current.
+"""
+MAX_LEFT_OUT = 0.35
+"""Largest share of lit samples that may be left out; beyond it the model is wrong, not the samples."""
+ROBUST_SCALE, PLAIN = 3.0, 1e4
+CONVERGED_DECREMENT = 1e-2
+"""An undamped step would improve the cost by less than this: a tenth of a sigma in every direction."""
+
+
+@dataclass(frozen=True)
+class Refined:
+    """Minima over the whole arc, best first."""
+
+    points: Point
+    """Leaves with the minima in front, on the host."""
+    score: np.ndarray
+    """[minima] half the truncated sum of squares, comparable between minima that left out different samples."""
+    limited: np.ndarray
+    """[minima samples] left out as inexplicable."""
+    robust: np.ndarray
+    """[minima] True where nothing was left out because too much would have been: large residuals count linearly."""
+
+
+def refine(
+    problem: Problem,
+    parameters: Parametrization,
+    survivors: Starts,
+    sample_weight: np.ndarray,
+    *,
+    limiting: bool,
+    progress: Progress,
+) -> Refined:
+    """Refines the best survivors on the problem's own grid, and ranks the minima by one truncated cost."""
+    # Only minima that might still win: nothing left out or freed later halves the cost of a wrong one alone.
+    near = np.flatnonzero(survivors.cost <= 2.0 * survivors.cost[0] + 50.0)[:CHUNK]
+    chosen = survivors.take(near)
+    count = len(chosen.cost)
+    last = int(np.flatnonzero(problem.valid)[-1])
+    rounds = 4 if limiting else 2
+    everything = np.ones(len(parameters.names), bool)
+
+    def stage(iterations: int, robust_scale: float) -> Stage:
+        return Stage(last, count, iterations, robust_scale, everything)
+
+    progress("refining", 0, rounds)
+    weight = np.broadcast_to(sample_weight, (count, len(sample_weight)))
+    points = solve(problem, parameters, stage(12, ROBUST_SCALE), chosen.x, chosen.reference, weight)
+    limited = np.zeros(weight.shape, bool)
+    robust = np.zeros(count, bool)
+    for number in range(1, rounds):
+        progress("refining", number, rounds)
+        if limiting:
+            limited = (_sample_squares(points) > SAMPLE_LIMIT) & (weight > 0)
+            robust = limited.sum(axis=1) > MAX_LEFT_OUT * sample_weight.sum()
+            limited &= ~robust[:, None]
+        points = solve(
+            problem, parameters, stage(15, PLAIN), points.x, points.reference, np.where(limited, 0.0, weight)
+        )
+    score = 0.5 * (np.minimum(_sample_squares(points), SAMPLE_LIMIT) * weight).sum(axis=1)
+    score = score + 0.5 * (points.x[:, 6:] ** 2).sum(axis=1)
+    order = distinct(Starts(points.x, points.reference, score), attitude=0.02, rate=2e-3)
+    progress("refining", rounds, rounds)
+    return Refined(
+        jax.tree.map(lambda leaf: leaf[order], points), score[order], limited[order], robust[order]
+    )
+
+
+def _sample_squares(points: Point) -> np.ndarray:
+    return (points.prediction.residual**2).sum(axis=-1)

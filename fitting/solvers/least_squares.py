@@ -1,0 +1,193 @@
+"""Levenberg-Marquardt on exact Jacobians, robust, bounded, for many starts at once.
+
+One compiled program serves every arc length, every subset of active unknowns, every mask of samples and every
+robustness: all of these are traced. Starts run in chunks of fixed size (`CHUNK`).
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from fitting.parameters import STATE, Parametrization
+from fitting.problem import Prediction, Problem, predict
+from jaxsat.math import quaternion
+
+CHUNK = 8
+"""Starts in one call of `solve_chunk`."""
+
+FINISHED_DECREMENT = 1e-6
+"""Cost below which a further step is not worth its time."""
+
+FIRST_DAMPING, SHRINK, GROW = 1e-2, 0.2, 8.0
+"""Relative damping of the first step, and its factors after a step that was accepted or refused."""
+
+
+class Settings(eqx.Module):
+    """What changes from one stage of a fit to the next; all traced."""
+
+    blocks: Int[Array, ""]
+    """Blocks of integration steps that cover the arc."""
+    iterations: Int[Array, ""]
+    """Steps tried, accepted or not."""
+    robust_scale: Float[Array, ""]
+    """Residual, in sigmas, beyond which a current counts linearly; very large for plain least squares."""
+    active: Bool[Array, " unknowns"]
+    """Unknowns that may move in this stage."""
+
+
+class Point(eqx.Module):
+    """A start on its way: where it is and the local quadratic model of its cost."""
+
+    x: Float[Array, " unknowns"]
+    """Unknowns; the attitude part is zero, for `reference` carries the attitude."""
+    reference: Float[Array, "4"]
+    """Attitude at the grid's start, inertial-from-body."""
+    sample_weight: Float[Array, " samples"]
+    """1 where a sample is used, 0 where it lies outside the arc or was left out."""
+    cost: Float[Array, ""]
+    """Half the robust sum of squares, priors included."""
+    gradient: Float[Array, " unknowns"]
+    hessian: Float[Array, "unknowns unknowns"]
+    """Gauss-Newton matrix: the information matrix at a minimum without robust weights."""
+    damping: Float[Array, ""]
+    prediction: Prediction
+    decrement: Float[Array, ""]
+    """Cost that an undamped step would still save: below ~1e-4 the minimum is reached on the scale of sigma."""
+
+
+def robust_weight(residual: Float[Array, "samples 6"], scale: Float[Array, ""]) -> Float[Array, "samples 6"]:
+    """Weight of the pseudo-Huber loss 2 c^2 (sqrt(1 + (r/c)^2) - 1) (Charbonnier et al. 1997), 1 at r = 0."""
+    return 1.0 / jnp.sqrt(1.0 + (residual / scale) ** 2)
+
+
+def robust_cost(residual: Float[Array, "samples 6"], scale: Float[Array, ""]) -> Float[Array, "samples 6"]:
+    """Pseudo-Huber loss, r^2 for small r; written without the difference that loses its digits at large `scale`."""
+    square = residual**2
+    return 2.0 * square / (1.0 + jnp.sqrt(1.0 + square / scale**2))
+
+
+def normal_equations(
+    r: Float[Array, "samples 6"],
+    J: Float[Array, "samples 6 unknowns"],
+    sample_weight: Float[Array, " samples"],
+    x: Float[Array, " unknowns"],
+    settings: Settings,
+) -> tuple[Float[Array, ""], Float[Array, " unknowns"], Float[Array, "unknowns unknowns"]]:
+    """Cost, gradient and Gauss-Newton matrix; model parameters carry a unit prior in their own scale."""
+    weight = robust_weight(r, settings.robust_scale) * sample_weight[:, None]
+    prior = jnp.arange(x.shape[0]) >= len(STATE)
+    flat_j = J.reshape(-1, J.shape[-1])
+    weighted_j = (J * weight[..., None]).reshape(flat_j.shape)
+    pull = jnp.where(prior, x, 0.0)
+    cost = 0.5 * jnp.sum(robust_cost(r, settings.robust_scale) * sample_weight[:, None]) + 0.5 * pull @ pull
+    gradient = weighted_j.T @ r.reshape(-1) + pull
+    return cost, gradient, weighted_j.T @ flat_j + jnp.diag(prior.astype(x.dtype))
+
+
+def solve_bounded(
+    point: Point, lower: Float[Array, " unknowns"], upper: Float[Array, " unknowns"], settings: Settings
+) -> tuple[Float[Array, " unknowns"], Float[Array, ""]]:
+    """Damped step and the cost an undamped one would save; unknowns pressed against a bound stay there."""
+    pressed = ((point.x <= lower) & (point.gradient > 0)) | ((point.x >= upper) & (point.gradient < 0))
+    free = settings.active & ~pressed
+    gradient = jnp.where(free, point.gradient, 0.0)
+    hessian = jnp.where(free[:, None] & free[None, :], point.hessian, 0.0)
+    diagonal = jnp.where(free, jnp.diagonal(hessian), 1.0)
+    hessian = hessian + jnp.diag(jnp.where(free, 0.0, 1.0))
+    # Equilibrate before factoring: rates and albedo factors differ by many orders in curvature.
+    root = jnp.sqrt(jnp.maximum(diagonal, 1e-300))
+    scaled = hessian / (root[:, None] * root[None, :])
+    identity = jnp.eye(scaled.shape[0], dtype=scaled.dtype)
+    step = -jax.scipy.linalg.solve(scaled + point.damping * identity, gradient / root, assume_a="pos") / root
+    newton = jax.scipy.linalg.solve(scaled + 1e-9 * identity, gradient / root, assume_a="pos") / root
+    return jnp.clip(point.x + step, lower, upper) - point.x, 0.5 * gradient @ newton
+
+
+def blank_prediction(problem: Problem, unknowns: int) -> Prediction:
+    """Zeros in the shape of a prediction."""
+    samples = problem.measured.shape[0]
+    return Prediction(
+        jnp.zeros((samples, 6)), jnp.zeros((samples, 4)), jnp.zeros((samples, 3)), jnp.zeros((samples, 3, unknowns))
+    )
+
+
+def evaluate(
+    problem: Problem,
+    parameters: Parametrization,
+    settings: Settings,
+    x: Float[Array, " unknowns"],
+    reference: Float[Array, "4"],
+    sample_weight: Float[Array, " samples"],
+    damping: Float[Array, ""],
+) -> Point:
+    """The point reached at `x`, with the attitude part of `x` moved into the reference."""
+    turn = quaternion.from_rotation_vector(x[:3])
+    reference = quaternion.normalize(quaternion.multiply(reference, turn))
+    x = x.at[:3].set(0.0)
+    prediction, jacobian = predict(problem, parameters, x, reference, settings.blocks)
+    cost, gradient, hessian = normal_equations(prediction.residual, jacobian, sample_weight, x, settings)
+    return Point(x, reference, sample_weight, cost, gradient, hessian, damping, prediction, jnp.full_like(cost, jnp.inf))
+
+
+def levenberg_marquardt(
+    problem: Problem,
+    parameters: Parametrization,
+    settings: Settings,
+    x: Float[Array, " unknowns"],
+    reference: Float[Array, "4"],
+    sample_weight: Float[Array, " samples"],
+    bounds: tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]],
+) -> Point:
+    """Minimum of one start (Marquardt 1963; damping on the scaled diagonal, one evaluation a step)."""
+    lower, upper = bounds
+    unknowns = x.shape[0]
+    # An infinitely bad point with a zero gradient: the first pass of the loop evaluates the start itself, so the
+    # integration stands in the compiled program once, not twice.
+    start = Point(
+        x=x,
+        reference=reference,
+        sample_weight=sample_weight,
+        cost=jnp.asarray(jnp.inf, x.dtype),
+        gradient=jnp.zeros(unknowns, x.dtype),
+        hessian=jnp.eye(unknowns, dtype=x.dtype),
+        damping=jnp.asarray(FIRST_DAMPING / SHRINK, x.dtype),
+        prediction=blank_prediction(problem, unknowns),
+        decrement=jnp.asarray(jnp.inf, x.dtype),
+    )
+
+    def unfinished(carry):
+        number, point = carry
+        return (number <= settings.iterations) & (point.decrement > FINISHED_DECREMENT)
+
+    def iterate(carry):
+        number, point = carry
+        step, decrement = solve_bounded(point, lower, upper, settings)
+        trial = evaluate(
+            problem, parameters, settings, point.x + step, point.reference, point.sample_weight, point.damping * SHRINK
+        )
+        better = trial.cost < point.cost
+        worse = eqx.tree_at(lambda p: p.damping, point, jnp.minimum(point.damping * GROW, 1e8))
+        point = jax.tree.map(lambda a, b: jnp.where(better, a, b), trial, worse)
+        # The decrement is that of the point just left, so a start ends one evaluation after it has settled.
+        decrement = jnp.where(number == 0, jnp.inf, decrement)
+        return number + 1, eqx.tree_at(lambda p: p.decrement, point, decrement)
+
+    _, point = jax.lax.while_loop(unfinished, iterate, (jnp.zeros((), int), start))
+    return point
+
+
+@eqx.filter_jit
+def solve_chunk(
+    problem: Problem,
+    parameters: Parametrization,
+    settings: Settings,
+    x: Float[Array, "starts unknowns"],
+    reference: Float[Array, "starts 4"],
+    sample_weight: Float[Array, "starts samples"],
+    bounds: tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]],
+) -> Point:
+    """Minima of `CHUNK` starts; every leaf of the result has the starts in front."""
+    return jax.vmap(
+        lambda x, reference, weight: levenberg_marquardt(problem, parameters, settings, x, reference, weight, bounds)
+    )(x, reference, sample_weight)

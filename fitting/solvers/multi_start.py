@@ -1,0 +1,121 @@
+"""Growing arcs: many starts on a short arc, the best of them on ever longer ones (why: Penkov et al. 2009, end of sec. 4).
+
+The cost as a function of the spin rate has a side minimum every 2 x 4.49/T rad/s, so over a whole session almost
+every start ends in a wrong one, while over the first few minutes the basin is wide. Each arc is long enough to halve
+the spread of the survivors' rates and short enough that they stay inside the basin of the next.
+"""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.parameters import Parametrization
+from fitting.problem import Problem
+from fitting.solvers.least_squares import CHUNK, Point, Settings, solve_chunk
+from jaxsat.integrators import BLOCK
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One arc of the schedule."""
+
+    last_sample: int
+    """Index of the arc's last sample."""
+    keep: int
+    """Starts that enter this stage, best first."""
+    iterations: int
+    robust_scale: float
+    active: np.ndarray
+    """[unknowns] bool."""
+
+
+@dataclass(frozen=True)
+class Starts:
+    """A set of points on the host, sorted by the caller."""
+
+    x: np.ndarray
+    reference: np.ndarray
+    cost: np.ndarray
+
+    def take(self, index: np.ndarray) -> "Starts":
+        """The points at `index`, in that order."""
+        return Starts(self.x[index], self.reference[index], self.cost[index])
+
+
+def solve(
+    problem: Problem,
+    parameters: Parametrization,
+    stage: Stage,
+    x: np.ndarray,
+    reference: np.ndarray,
+    sample_weight: np.ndarray,
+) -> Point:
+    """Minima of any number of starts: chunks of fixed shape, padded with copies of the first start, on two threads.
+
+    `sample_weight` is [samples] or [starts samples]; samples after the stage's arc are left out here.
+    """
+    count = len(x)
+    inside = np.arange(sample_weight.shape[-1]) <= stage.last_sample
+    weight = np.broadcast_to(sample_weight * inside, (count, len(inside)))
+    order = np.concatenate([np.arange(count), np.zeros(-count % CHUNK, dtype=int)])
+    steps = int(np.asarray(problem.grid.sample_index)[stage.last_sample])
+    settings = Settings(
+        blocks=jnp.asarray(-(-steps // BLOCK)),
+        iterations=jnp.asarray(stage.iterations),
+        robust_scale=jnp.asarray(float(stage.robust_scale)),
+        active=jnp.asarray(stage.active),
+    )
+    bounds = tuple(jnp.asarray(side) for side in parameters.bounds())
+
+    def run(part):
+        return jax.device_get(
+            solve_chunk(problem, parameters, settings, x[part], reference[part], weight[part], bounds)
+        )
+
+    parts = np.split(order, len(order) // CHUNK)
+    # XLA runs a program of this size on one core and releases the GIL: two threads use two cores.
+    with ThreadPoolExecutor(2) as pool:
+        first = run(parts[0])
+        points = [first, *pool.map(run, parts[1:])]
+    return jax.tree.map(lambda *leaves: np.concatenate(leaves)[:count], *points)
+
+
+def distinct(points: Starts, *, attitude: float, rate: float) -> np.ndarray:
+    """Indices of points, best first, that differ from every better one by an attitude [rad] or a rate [x units]."""
+    finite = np.flatnonzero(np.isfinite(points.cost))
+    order = finite[np.argsort(points.cost[finite], kind="stable")]
+    kept: list[int] = []
+    for k in order:
+        others = np.array(kept, dtype=int)
+        overlap = np.abs(points.reference[others] @ points.reference[k])
+        angle = 2.0 * np.arccos(np.minimum(overlap, 1.0))
+        spread = np.linalg.norm(points.x[others, 3:6] - points.x[k, 3:6], axis=-1)
+        if not np.any((angle < attitude) & (spread < rate)):
+            kept.append(int(k))
+    return np.array(kept, dtype=int)
+
+
+def grow(
+    problem: Problem,
+    parameters: Parametrization,
+    schedule: list[Stage],
+    starts: Starts,
+    sample_weight: np.ndarray,
+    progress: Progress,
+) -> Starts:
+    """Survivors of the whole schedule, best first, near-identical ones merged."""
+    for number, stage in enumerate(schedule):
+        progress("growing arcs", number, len(schedule))
+        points = solve(
+            problem, parameters, stage, starts.x[: stage.keep], starts.reference[: stage.keep], sample_weight
+        )
+        starts = Starts(points.x, points.reference, points.cost)
+        starts = starts.take(distinct(starts, attitude=2e-3, rate=2e-3))
+    progress("growing arcs", len(schedule), len(schedule))
+    return starts

@@ -1,0 +1,165 @@
+"""From a minimum to the result: values, sigmas, verdict and what a person should be told."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.parameters import MODEL, STATE, TO_UNIT, UNITS, Parametrization, build_model
+from fitting.problem import RATE_UNIT, Problem
+from fitting.refine import CONVERGED_DECREMENT, Refined
+from fitting.result import AMBIGUOUS, CONVERGED, NOT_CONVERGED, FitResult, FittedParameter
+from fitting.uncertainty import (
+    attitude_covariance,
+    correlations,
+    covariance,
+    field_angle_sigma,
+    physical_covariance,
+)
+from jaxsat.math import angle_between, quaternion
+from jaxsat.sensors.solar_panels import direct_currents
+
+MAX_CHI2_PER_DOF = 4.0
+"""Beyond this the minimum does not explain the data: residuals twice the stated noise."""
+AMBIGUOUS_CHI2 = 9.0
+"""Minima whose chi2 differ by less are equally good at three sigmas."""
+DIFFERENT_ATTITUDE_DEG = 3.0
+"""Median distance between two motions that counts as another answer."""
+
+
+@jax.jit
+def _at_samples(problem: Problem, values, reference_field, q):
+    spacecraft, _ = build_model(values, reference_field)
+    direct = jax.vmap(lambda q, light: direct_currents(q, spacecraft.panels, light))(q, problem.light)
+    field_eci = problem.orbit.b_field_eci[2 * jnp.asarray(problem.grid.sample_index)]
+    field_body = quaternion.rotate_inverse(q, field_eci)
+    x_axis = jnp.broadcast_to(jnp.array([1.0, 0.0, 0.0]), field_body.shape)
+    return direct, field_body, angle_between(x_axis, field_body)
+
+
+def summarize(t: np.ndarray, problem: Problem, parameters: Parametrization, refined: Refined) -> FitResult:
+    """The best minimum as a `FitResult`; `t` [time] are the samples' times [s]."""
+    n = len(t)
+    best = jax.tree.map(lambda leaf: leaf[0], refined.points)
+    prediction = best.prediction
+    x, names = best.x, parameters.names
+    noise = float(problem.noise)
+    measured = np.asarray(problem.measured)
+    modelled = measured + prediction.residual * noise
+    values = np.asarray(parameters.values(jnp.asarray(x[len(STATE) :])))
+    direct, field_body, field_angle = (
+        np.asarray(a)
+        for a in _at_samples(
+            problem, jnp.asarray(values), jnp.asarray(parameters.reference_field), jnp.asarray(prediction.quaternion)
+        )
+    )
+
+    lower, upper = parameters.bounds()
+    at_bound = ((x <= lower) & (best.gradient > 0)) | ((x >= upper) & (best.gradient < 0))
+    informative = ((modelled > 1e-9) | (measured > 0.0)) & (best.sample_weight > 0)[:, None]
+    residual = np.where(informative, prediction.residual, 0.0)
+    chi2 = float((residual**2).sum())
+    # Unknowns that the prior holds take no degree of freedom from the data.
+    prior_share = np.where(np.arange(len(x)) < len(STATE), 0.0, 1.0)
+    cov = covariance(best.hessian, ~at_bound)
+    held = prior_share * np.where(np.isfinite(np.diagonal(cov)), np.diagonal(cov), 1.0)
+    dof = int(round(informative.sum() - np.sum(~at_bound) + held[~at_bound].sum()))
+    ratio = chi2 / max(dof, 1)
+
+    all_names, physical = physical_covariance(parameters, x, cov)
+    inflation = max(1.0, ratio) if ratio > MAX_CHI2_PER_DOF else 1.0
+    physical, cov_scaled = physical * inflation, cov * inflation
+    rotation_covariance = attitude_covariance(prediction.rotation_jacobian, cov_scaled)
+    sigma = dict(zip(all_names, np.sqrt(np.diagonal(physical)), strict=True))
+    notes = {name: "at its bound" for name, flag in zip(names, at_bound, strict=True) if flag}
+    notes |= {
+        name: "held by its prior" for name, share in zip(names, held, strict=True) if share > 0.5 and name not in notes
+    }
+    gauge = None
+    if parameters.gauged:
+        modulus = float(np.linalg.norm(values[:3]))
+        gauge = f"common scale of inertia, magnet and rods fixed by |magnet| = {modulus:.6g} A m2"
+
+    table = []
+    for name, value in zip(MODEL, values, strict=True):
+        free = name in parameters.free
+        known = free and np.isfinite(sigma[name])
+        factor = TO_UNIT.get(name, 1.0)
+        table.append(
+            FittedParameter(
+                name, float(value * factor), float(sigma[name]) if known else None, UNITS[name], free, notes.get(name, "")
+            )
+        )
+
+    alternatives, others = _alternatives(refined, n)
+    status, message = _verdict(best, ratio, refined, others, values, notes)
+    rms = float(np.sqrt((residual**2).sum() / max(informative.sum(), 1)) * noise * 1e3)
+    return FitResult(
+        status=status,
+        message=message,
+        chi2=chi2,
+        dof=dof,
+        residual_rms_mA=rms,
+        parameters=tuple(table),
+        gauge=gauge,
+        correlations=correlations(all_names, physical, set(names)),
+        t_s=t,
+        quaternion_inertial_from_body=prediction.quaternion[:n],
+        angular_velocity_rad_s=prediction.angular_velocity[:n],
+        attitude_sigma_deg=np.degrees(np.sqrt(np.einsum("sii->si", rotation_covariance)))[:n],
+        field_angle_deg=np.degrees(field_angle)[:n],
+        field_angle_sigma_deg=np.degrees(field_angle_sigma(field_body, rotation_covariance))[:n],
+        measured_mA=1e3 * measured[:n],
+        modelled_mA=1e3 * modelled[:n],
+        modelled_direct_mA=1e3 * direct[:n],
+        weight=informative[:n].astype(float),
+        limited=refined.limited[0][:n],
+        lit=np.asarray(problem.light.illumination)[:n] > 0.5,
+        alternatives=alternatives,
+    )
+
+
+def _alternatives(refined: Refined, n: int) -> tuple[tuple[dict, ...], list[dict]]:
+    """All other minima as dictionaries, and those of them that explain the data as well as the best one."""
+    q = refined.points.prediction.quaternion[:, :n]
+    found = []
+    for k in range(1, len(refined.score)):
+        overlap = np.abs(np.einsum("sc,sc->s", q[0], q[k]))
+        distance = float(np.degrees(np.median(2.0 * np.arccos(np.minimum(overlap, 1.0)))))
+        delta = float(2.0 * (refined.score[k] - refined.score[0]))
+        if distance > DIFFERENT_ATTITUDE_DEG:
+            rate = np.degrees(refined.points.x[k, 3:6] * RATE_UNIT)
+            found.append(
+                {
+                    "chi2_above_best": round(delta, 3),
+                    "attitude_distance_deg": round(distance, 2),
+                    "rate_deg_s": [round(float(w), 5) for w in rate],
+                }
+            )
+    found.sort(key=lambda other: other["chi2_above_best"])
+    return tuple(found), [other for other in found if other["chi2_above_best"] < AMBIGUOUS_CHI2]
+
+
+def _verdict(best, ratio, refined, equals, values, notes) -> tuple[str, str]:
+    remarks = []
+    left_out = int(refined.limited[0].sum())
+    if left_out:
+        remarks.append(f"{left_out} samples left out as current-limited or outlying")
+    remarks += [f"{name} is {note}" for name, note in notes.items()]
+    xx, yy, zz, xy, xz, yz = values[5:11]
+    principal = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if principal[0] <= 0 or principal[2] > principal[0] + principal[1]:
+        remarks.append("the inertia tensor is not one of a rigid body (triangle inequality)")
+    if not np.isfinite(best.cost) or best.decrement > CONVERGED_DECREMENT:
+        status, verdict = NOT_CONVERGED, f"the solver stopped short of the minimum (decrement {best.decrement:.2g})"
+    elif refined.robust[0] or ratio > MAX_CHI2_PER_DOF:
+        status = NOT_CONVERGED
+        verdict = (
+            f"the best minimum found does not explain the data: residuals are {np.sqrt(ratio):.1f} times the noise; "
+            "free more parameters (albedo, imax, gains), or state the noise that the model deserves"
+        )
+    elif equals:
+        status = AMBIGUOUS
+        verdict = f"{len(equals) + 1} different motions explain the data equally well"
+    else:
+        status, verdict = CONVERGED, "one motion explains the data"
+    return status, "; ".join([verdict, *remarks])

@@ -1,0 +1,77 @@
+"""1-sigma of parameters and attitude from the information matrix at a minimum (Cramer-Rao bound of the model)."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.parameters import MODEL, STATE, TO_UNIT, Parametrization
+from fitting.problem import RATE_UNIT
+
+
+def covariance(information: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """Inverse of the information matrix over the unknowns that are `free` [bool]; zero rows for the others.
+
+    Directions that the data do not see get a variance of inf rather than a number that rounding made.
+    """
+    result = np.zeros_like(information)
+    index = np.flatnonzero(free)
+    matrix = information[np.ix_(index, index)]
+    root = np.sqrt(np.maximum(np.diagonal(matrix), 1e-300))
+    values, vectors = np.linalg.eigh(matrix / np.outer(root, root))
+    seen = values > 1e-12
+    inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T / np.outer(root, root)
+    blind = np.any(np.abs(vectors[:, ~seen]) > 1e-4, axis=1)
+    inverse[blind, :], inverse[:, blind] = 0.0, 0.0
+    inverse[blind, blind] = np.inf
+    result[np.ix_(index, index)] = inverse
+    return result
+
+
+def physical_covariance(parameters: Parametrization, x: np.ndarray, cov: np.ndarray) -> tuple[list[str], np.ndarray]:
+    """Names (state, then all of `MODEL`) and covariance of their values in the units of the names.
+
+    Linear in the shifts from the minimum; where the gauge holds the magnet's modulus, its projection is in it.
+    """
+    jacobian = np.asarray(jax.jacfwd(parameters.values)(jnp.asarray(x[len(STATE) :])))
+    full = np.zeros((len(STATE) + len(MODEL), len(x)))
+    full[: len(STATE), : len(STATE)] = np.diag([1.0] * 3 + [RATE_UNIT] * 3)
+    full[len(STATE) :, len(STATE) :] = jacobian
+    names = [*STATE, *MODEL]
+    full *= np.array([TO_UNIT.get(name, 1.0) for name in names])[:, None]
+    finite = np.isfinite(np.diagonal(cov))
+    result = full[:, finite] @ cov[np.ix_(finite, finite)] @ full[:, finite].T
+    touched = np.any(np.abs(full[:, ~finite]) > 0, axis=1)
+    result[touched, touched] = np.inf
+    return names, result
+
+
+def correlations(names: list[str], cov: np.ndarray, free: set[str]) -> dict[str, dict[str, float]]:
+    """Correlation coefficients between free parameters, each pair once, as {name: {later name: value}}."""
+    sigma = np.sqrt(np.diagonal(cov))
+    used = [k for k, name in enumerate(names) if name in free and 0 < sigma[k] < np.inf]
+    return {
+        names[a]: {names[b]: round(float(cov[a, b] / (sigma[a] * sigma[b])), 4) for b in used[n + 1 :]}
+        for n, a in enumerate(used[:-1])
+    }
+
+
+def attitude_covariance(rotation_jacobian: np.ndarray, cov: np.ndarray) -> np.ndarray:
+    """[samples 3 3] covariance of the small rotation in body axes at every sample [rad^2]."""
+    finite = np.isfinite(np.diagonal(cov))
+    J = rotation_jacobian[..., finite]
+    return J @ cov[np.ix_(finite, finite)] @ np.swapaxes(J, -1, -2)
+
+
+def field_angle_sigma(field_body: np.ndarray, rotation_covariance: np.ndarray) -> np.ndarray:
+    """1-sigma of the angle between body x and the field [rad], from the rotation's covariance in body axes.
+
+    Only the rotation about the normal of the plane of x and the field changes the angle; where the two are parallel
+    the normal is undefined and the larger of the two transverse sigmas is returned.
+    """
+    normal = np.cross(np.array([1.0, 0.0, 0.0]), field_body)
+    length = np.linalg.norm(normal, axis=-1)
+    parallel = length < 1e-9 * np.linalg.norm(field_body, axis=-1)
+    normal = normal / np.where(parallel, 1.0, length)[:, None]
+    variance = np.einsum("si,sij,sj->s", normal, rotation_covariance, normal)
+    transverse = np.linalg.eigvalsh(rotation_covariance[:, 1:, 1:])[:, -1]
+    return np.sqrt(np.maximum(np.where(parallel, transverse, variance), 0.0))

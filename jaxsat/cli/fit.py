@@ -1,0 +1,160 @@
+"""`jaxsat fit`: attitude and parameters from panel currents, for one session or many."""
+
+import dataclasses
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter, validators
+
+from jaxsat.cli.options import Arc, ConfigFile, Drop, Free, whole_number
+from jaxsat.cli.session import BUNDLED
+
+if TYPE_CHECKING:
+    from jaxsat.cli.settings import Config
+
+CONVERGED, BAD_INPUT, NOT_CONVERGED = 0, 1, 3
+"""Exit statuses; an ambiguous fit has not converged to one answer and counts as such."""
+
+
+def fit(
+    files: Annotated[list[Path] | None, Parameter(help="RAW_SUN files. [default: a bundled synthetic one]")] = None,
+    /,
+    *,
+    free: Free = None,
+    config: ConfigFile = None,
+    arc: Arc = None,
+    drop: Drop = None,
+    starts: Annotated[
+        int | None,
+        Parameter(
+            help="Number of starts of the search. [default: that of the configuration]",
+            converter=whole_number,
+            validator=validators.Number(gte=1, lte=65536),
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None,
+        Parameter(
+            help="Seed of the starts. [default: that of the configuration]",
+            converter=whole_number,
+            validator=validators.Number(gte=0, lt=2**32),
+        ),
+    ] = None,
+    out: Annotated[Path, Parameter(help="Directory for the results.")] = Path("jaxsat-fit"),
+    plots: Annotated[bool, Parameter(help="Draw pictures.")] = True,
+) -> int:
+    """Fit attitude, and any of the satellite's parameters, to the currents of six solar panels.
+
+    Writes fit.json, attitude.csv, currents.csv, pictures, report.html and
+    provenance.json; with several files into a directory for each, and
+    summary.json for all.
+
+    Exit status: 0 converged, 1 bad input, 2 wrong usage,
+    3 not converged or ambiguous.
+
+    Example: jaxsat fit a.RAW_SUN --free alsI0,albedo --arc 0 2700 --out a-fit
+    """
+    began = time.perf_counter()
+    settings = read_settings(config, free=free, arc=arc, drop=drop, starts=starts, seed=seed)
+    if not files:
+        print(f"jaxsat: no file given: fitting the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
+        files = [BUNDLED]
+
+    clock = Clock(began, load_numerics(began))
+    if len(files) == 1:
+        return fit_one(files[0], out, settings, clock=clock, plots=plots).exit_status
+
+    from jaxsat.cli.fit_many import fit_many
+
+    return fit_many(files, out, settings, clock=clock, plots=plots)
+
+
+@dataclass(frozen=True)
+class Clock:
+    """When the work on a file began (of perf_counter), and how long the imports before it took [s]."""
+
+    began: float
+    imported: float
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one file."""
+
+    telemetry: str
+    directory: Path
+    status: str
+    """That of the fit, or `failed`."""
+    message: str
+    numbers: dict[str, float | int]
+
+    @property
+    def exit_status(self) -> int:
+        """That of the command, were this its only file."""
+        return {"converged": CONVERGED, "failed": BAD_INPUT}.get(self.status, NOT_CONVERGED)
+
+
+def load_numerics(began: float) -> float:
+    """Imports what a fit needs, sets JAX up and returns the seconds since `began`."""
+    from jaxsat.cli.numerics import set_up_jax
+
+    notice = set_up_jax()
+    if notice:
+        print(f"jaxsat: {notice}", file=sys.stderr)
+    import fitting.fit  # noqa: F401
+
+    return time.perf_counter() - began
+
+
+def read_settings(
+    config: Path | None,
+    *,
+    free: str | None = None,
+    arc: tuple[float, float] | None = None,
+    drop: list[tuple[float, float]] | None = None,
+    starts: int | None = None,
+    seed: int | None = None,
+) -> "Config":
+    """Returns the configuration with the command line's options in place of its keys; `drop` adds to the file's."""
+    from jaxsat.cli.config import load_config
+
+    options = {"fit.free": free, "fit.arc_s": arc, "fit.starts": starts, "fit.seed": seed}
+    given: dict[str, object] = {key: value for key, value in options.items() if value is not None}
+    settings = load_config(config, given)
+    if drop:
+        settings = load_config(config, {**given, "cleaning.drop_s": [*settings.cleaning.drop_s, *drop]})
+    return settings
+
+
+def fit_one(
+    path: Path, directory: Path, settings: "Config", *, clock: Clock, plots: bool, quiet: bool = False
+) -> Outcome:
+    """Fits one file, writes its directory whole or not at all, prints a summary; raises `InputError`."""
+    from fitting.fit import fit_session
+    from jaxsat.cli.fit_files import FILES, write_fit
+    from jaxsat.cli.progress import StageProgress
+    from jaxsat.cli.session import prepare_session
+    from jaxsat.cli.staging import staged_directory
+    from jaxsat.cli.tables import fit_summary, show
+    from jaxsat.telemetry.cleaning import check_usable
+
+    start = time.perf_counter()
+    # Staged before the work starts: a directory that cannot be written is known at once.
+    with staged_directory(directory, FILES) as stage:
+        prepared = prepare_session(path, settings)
+        check_usable(prepared.session)
+        before = {"import": clock.imported, "prepare": time.perf_counter() - start}
+        with StageProgress(prepared.label) as progress:
+            result = fit_session(prepared.session, prepared.orbit_fit, settings, progress=progress)
+            progress("writing results", 0, 0)
+            result = dataclasses.replace(result, timing_s={**before, **result.timing_s})
+            result, warnings = write_fit(stage, result, prepared, settings, began=clock.began, plots=plots)
+    if not quiet:
+        show(fit_summary(result, prepared.label), f"\nresults in {directory}")
+    for warning in warnings:
+        print(f"jaxsat: warning: {warning}", file=sys.stderr)
+    numbers = {"chi2": result.chi2, "dof": result.dof, "residual_rms_mA": result.residual_rms_mA}
+    return Outcome(prepared.telemetry, directory, result.status, result.message, numbers)

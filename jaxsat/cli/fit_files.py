@@ -1,0 +1,125 @@
+"""Writes everything that a fit leaves in its directory."""
+
+import dataclasses
+import platform
+import time
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from jaxsat.cli.fit_page import fit_page
+from jaxsat.cli.output import (
+    ATTITUDE_COLUMNS,
+    CURRENT_COLUMNS,
+    fit_document,
+    write_attitude_csv,
+    write_currents_csv,
+    write_json,
+)
+from jaxsat.cli.tables import parameter_rows
+
+if TYPE_CHECKING:
+    from fitting.result import FitResult
+    from jaxsat.cli.session import PreparedSession
+    from jaxsat.cli.settings import Config
+
+FILES = (
+    "attitude.csv",
+    "currents.csv",
+    "currents.png",
+    "field_angle.png",
+    "parameters.png",
+    "provenance.json",
+    "report.html",
+    "fit.json",
+)
+"""All names that a fit may write."""
+
+
+def write_fit(
+    directory: Path, result: "FitResult", prepared: "PreparedSession", config: "Config", *, began: float, plots: bool
+) -> tuple["FitResult", list[str]]:
+    """Writes the files of one fit; returns the result with its total time since `began` (perf_counter) and warnings."""
+    epoch = prepared.session.epoch
+    pictures = draw_fit(result, prepared.subtitle) if plots else {}
+    for name, png in pictures.items():
+        (directory / name).write_bytes(png)
+    write_attitude_csv(directory / "attitude.csv", result, epoch)
+    write_currents_csv(directory / "currents.csv", result, epoch)
+
+    result = dataclasses.replace(result, timing_s={**result.timing_s, "total": time.perf_counter() - began})
+    document, nulls = fit_document(result, telemetry=prepared.telemetry, epoch=epoch)
+    warnings = [f"{place} is not a finite number and stands as null in fit.json" for place in nulls]
+    if not prepared.orbit_fit.converged:
+        warnings.append(f"orbit: {prepared.orbit_fit.message}")
+    provenance = provenance_document(result, prepared, config, warnings)
+    report = fit_page(result, prepared, pictures, warnings=warnings, provenance=provenance)
+    (directory / "report.html").write_text(report, encoding="utf-8")
+    write_json(directory / "provenance.json", provenance)
+    write_json(directory / "fit.json", document)
+    return result, warnings
+
+
+def draw_fit(result: "FitResult", subtitle: str) -> dict[str, bytes]:
+    """Returns the pictures of a fit as PNG by file name."""
+    from jaxsat.plotting import draw_currents, draw_field_angle, draw_parameters, png_bytes
+
+    subtitle = f"{subtitle}, {result.status.replace('_', ' ')}"
+    currents = draw_currents(
+        result.t_s,
+        result.measured_mA,
+        result.modelled_mA,
+        result.modelled_direct_mA,
+        weight=result.weight,
+        lit=result.lit,
+        limited=result.limited,
+        subtitle=subtitle,
+    )
+    field_angle = draw_field_angle(
+        result.t_s,
+        result.field_angle_deg,
+        result.field_angle_sigma_deg,
+        attitude_sigma_deg=result.attitude_sigma_deg,
+        lit=result.lit,
+        subtitle=subtitle,
+    )
+    footer = [f"Gauge: {result.gauge}"] if result.gauge else []
+    parameters = draw_parameters(parameter_rows(result.parameters), subtitle=subtitle, footer=footer)
+    figures = {"currents.png": currents, "field_angle.png": field_angle, "parameters.png": parameters}
+    return {name: png_bytes(figure) for name, figure in figures.items()}
+
+
+def provenance_document(
+    result: "FitResult", prepared: "PreparedSession", config: "Config", warnings: list[str]
+) -> dict[str, Any]:
+    """Returns what is needed to repeat the fit and to judge it, beside what fit.json holds."""
+    session = prepared.session
+    return {
+        "schema": "jaxsat.provenance/1",
+        "telemetry": prepared.telemetry,
+        "sha256": session.sha256,
+        "seed": config.fit.seed,
+        "versions": versions(),
+        "settings": config.model_dump(mode="json"),
+        "warnings": warnings,
+        "rejections": [{"row": r.row, "reason": r.reason, "detail": r.detail} for r in session.rejections],
+        "columns": {"attitude.csv": ATTITUDE_COLUMNS, "currents.csv": CURRENT_COLUMNS},
+        "notes": {p.name: p.note for p in result.parameters if p.note},
+        "limited_t_s": result.t_s[result.limited.astype(bool)].tolist(),
+        "alternatives": [{key: _plain(value) for key, value in other.items()} for other in result.alternatives],
+    }
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+def versions() -> dict[str, str]:
+    """Returns the versions of what the numbers depend on."""
+    found = {"python": platform.python_version()}
+    for package in ("jaxsat", "jax", "jaxlib", "equinox", "numpy", "pyerfa"):
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "not installed"
+    return found

@@ -1,0 +1,80 @@
+"""The `jaxsat` command: its sub-commands, exit statuses and the one line that a wrong input or usage gets.
+
+Nothing heavy is imported here or by the modules of the commands: help and usage errors must come at once.
+"""
+
+import signal
+import sys
+from collections.abc import Sequence
+
+from cyclopts import App, CycloptsError
+
+from jaxsat.cli.fit import fit
+from jaxsat.cli.prepare import prepare
+from jaxsat.errors import InputError
+
+BAD_INPUT, USAGE, INTERRUPTED, TERMINATED = 1, 2, 130, 143
+
+
+def _version() -> str:
+    from importlib.metadata import version
+
+    return f"jaxsat {version('jaxsat')}"
+
+
+def config() -> int:
+    """Print a commented configuration with every key, its unit and its default.
+
+    Example: jaxsat config > session.toml
+    """
+    from jaxsat.cli.config import template
+
+    print(template(), end="")
+    return 0
+
+
+app = App(
+    name="jaxsat",
+    help="Satellite attitude, orbit and parameters from telemetry, by a differentiable simulator.\n\n"
+    "Exit status: 0 done and converged, 1 bad input, 2 wrong usage,\n3 not converged or ambiguous.\n\n"
+    "Example: jaxsat fit session.RAW_SUN --out session-fit",
+    help_format="plaintext",
+    version=_version,
+    # Its own handling would end the process before unfinished results are named and removed.
+    suppress_keyboard_interrupt=False,
+)
+app.command(fit)
+app.command(prepare)
+app.command(config)
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Runs one command line and returns its exit status; errors that a user can cause are one line on stderr."""
+    try:
+        status = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+    except CycloptsError as error:
+        return _fail(f"{' '.join(str(error).split())} (see jaxsat --help)", USAGE)
+    except InputError as error:
+        return _fail(str(error), BAD_INPUT)
+    except KeyboardInterrupt:
+        return _fail("interrupted; nothing unfinished is left", INTERRUPTED)
+    except BrokenPipeError:
+        # The reader of stdout has gone (`| head`); a second flush at exit must not fail as well.
+        sys.stdout = None
+        return 0
+    except OSError as error:
+        # A full disk, a directory taken away: results were being written, input errors have their own type.
+        return _fail(": ".join(str(part) for part in (error.filename, error.strerror or error) if part), BAD_INPUT)
+    return status if isinstance(status, int) else 0
+
+
+def _fail(message: str, status: int) -> int:
+    print(f"jaxsat: error: {message}", file=sys.stderr)
+    return status
+
+
+def main() -> None:
+    """Entry point of the console script."""
+    # As an exception, so that unfinished results are removed on the way out.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(TERMINATED))
+    sys.exit(run(sys.argv[1:]))

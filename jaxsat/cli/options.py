@@ -1,0 +1,78 @@
+"""Options that several commands share: one meaning, one check and one wording each."""
+
+import math
+import re
+from collections.abc import Sequence
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter, Token
+
+GROUPS = ("state", "magnet", "rods", "imax", "gains", "inertia", "albedo")
+CLASSIC = ("als", "alsI0", "alsI23", "alsImax", "alsJ", "alsI0J")
+SINGLE = (
+    *(f"attitude.{c}" for c in "xyz"),
+    *(f"rate.{c}" for c in "xyz"),
+    *(f"magnet.{c}" for c in "xyz"),
+    *("rods.y", "rods.z"),
+    *(f"gains.{sign}{c}" for c in "xyz" for sign in "+-"),
+    *(f"inertia.{c}" for c in ("xx", "yy", "zz", "xy", "xz", "yz")),
+    *("albedo.specular", "albedo.diffuse"),
+)
+"""The words of `--free`. `fitting.parameters` gives them their meaning; its import costs a second, a typo must not."""
+
+
+def check_free(text: str) -> None:
+    """Raises `ValueError` unless `text` is a comma-separated list of groups, classic names and single parameters."""
+    # The scan of the paper prints I0 as IO or 10.
+    classic = {name.replace("I0", sign).lower() for name in CLASSIC for sign in ("I0", "IO", "10")}
+    for word in (part.strip() for part in text.split(",")):
+        if word not in GROUPS + SINGLE and word.lower() not in classic:
+            close = get_close_matches(word, GROUPS + CLASSIC + SINGLE, n=1)
+            hint = f" Did you mean {close[0]}?" if close else ""
+            raise ValueError(f'"{word}" is none of {",".join(GROUPS)} nor of {",".join(CLASSIC)}.{hint}')
+
+
+def _check_free(_: Any, value: str | None) -> None:
+    if value is not None:
+        check_free(value)
+
+
+def _check_intervals(_: Any, value: Sequence[Any] | None) -> None:
+    for begin, end in [] if value is None else [value] if isinstance(value, tuple) else value:
+        if not (math.isfinite(begin) and math.isfinite(end) and begin < end):
+            raise ValueError(f"Expected two times in seconds, the first before the second, got {begin:g} {end:g}.")
+
+
+def whole_number(_: Any, tokens: Sequence[Token]) -> int:
+    """Returns a whole number; unlike the library's own conversion it does not round `1.5`."""
+    text = tokens[0].value
+    if not re.fullmatch(r"[+-]?[0-9]{1,18}", text):
+        raise ValueError(f"Expected a whole number, got {text}.")
+    return int(text)
+
+
+Free = Annotated[
+    str | None,
+    Parameter(
+        help="What is fitted: any of state,magnet,rods,imax,gains,inertia,albedo, or a classic name: als, alsI0, "
+        "alsI23, alsImax, alsJ, alsI0J. The state is always free. [default: that of the configuration]",
+        validator=_check_free,
+    ),
+]
+ConfigFile = Annotated[
+    Path | None, Parameter(help="Configuration, TOML; `jaxsat config` prints all keys with units and defaults.")
+]
+Arc = Annotated[
+    tuple[float, float] | None,
+    Parameter(help="T0 T1: fit only the samples between, s since the epoch.", negative=(), validator=_check_intervals),
+]
+Drop = Annotated[
+    list[tuple[float, float]] | None,
+    Parameter(
+        help="T0 T1: leave out the samples between, s since the first good one; repeatable.",
+        negative=(),
+        validator=_check_intervals,
+    ),
+]

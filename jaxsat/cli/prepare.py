@@ -1,0 +1,114 @@
+"""`jaxsat prepare`: reading, cleaning and orbit of a session, and what was dropped and why."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from jaxsat.cli.fit import read_settings
+from jaxsat.cli.options import ConfigFile, Drop
+from jaxsat.cli.session import BUNDLED
+
+if TYPE_CHECKING:
+    from jaxsat.cli.session import PreparedSession
+    from jaxsat.cli.settings import Config
+
+SCHEMA = "jaxsat.prepare/1"
+FILES = ("coordinates.png", "magnetometers.png", "currents.png", "orbit_residuals.png", "samples.csv", "prepare.json")
+
+
+def prepare(
+    file: Annotated[Path | None, Parameter(help="RAW_SUN file. [default: a bundled synthetic one]")] = None,
+    /,
+    *,
+    config: ConfigFile = None,
+    drop: Drop = None,
+    out: Annotated[Path, Parameter(help="Directory for the results.")] = Path("jaxsat-prepare"),
+    plots: Annotated[bool, Parameter(help="Draw pictures.")] = True,
+) -> int:
+    """Read and clean a session, fit its orbit, and show what was left out and why.
+
+    Writes prepare.json, samples.csv and pictures before and after cleaning.
+
+    Exit status: 0 done, 1 bad input, 2 wrong usage.
+
+    Example: jaxsat prepare a.RAW_SUN --drop 2000 2500 --out a-prepared
+    """
+    settings = read_settings(config, drop=drop)
+    if file is None:
+        print(f"jaxsat: no file given: preparing the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
+
+    from jaxsat.cli.numerics import set_up_jax
+    from jaxsat.cli.output import plain, write_json, write_samples_csv
+    from jaxsat.cli.session import prepare_session
+    from jaxsat.cli.staging import staged_directory
+    from jaxsat.cli.tables import preparation_summary, show
+
+    set_up_jax()
+    with staged_directory(out, FILES) as stage:
+        prepared = prepare_session(file or BUNDLED, settings)
+        if plots:
+            for name, png in draw_preparation(prepared).items():
+                (stage / name).write_bytes(png)
+        write_samples_csv(stage / "samples.csv", prepared.session)
+        write_json(stage / "prepare.json", plain(preparation_document(prepared, settings))[0])
+    show(preparation_summary(prepared.session, prepared.orbit_fit, prepared.label), f"\nresults in {out}")
+    return 0
+
+
+def preparation_document(prepared: "PreparedSession", settings: "Config") -> dict[str, Any]:
+    """Returns the content of prepare.json; SI units and radians but where a name says otherwise."""
+    from fitting.orbit_fit import ELEMENT_UNITS
+    from jaxsat.environment.sun import apparent_sun
+    from jaxsat.time import greenwich_angle
+
+    session, orbit_fit = prepared.session, prepared.orbit_fit
+    sun, _ = apparent_sun(session.epoch, session.t_s[:1])
+    return {
+        "schema": SCHEMA,
+        "telemetry": prepared.telemetry,
+        "sha256": session.sha256,
+        "satellite": session.raw.satellite,
+        "epoch_utc": session.epoch.iso(3),
+        "rows": session.raw_t_s.size,
+        "samples": session.t_s.size,
+        "rejections": [{"row": r.row, "reason": r.reason, "detail": r.detail} for r in session.rejections],
+        "elements": {
+            name: {"value": orbit_fit.elements[name], "sigma": orbit_fit.sigma[name], "unit": unit}
+            for name, unit in ELEMENT_UNITS.items()
+        },
+        "time_of_perigee_s": orbit_fit.time_of_perigee_s,
+        "argument_of_latitude_rad": orbit_fit.argument_of_latitude,
+        "position_residual_rms_m": {"before": orbit_fit.rms_before_m, "after": orbit_fit.rms_after_m},
+        "greenwich_angle_rad": greenwich_angle(session.epoch),
+        "sun_direction_eci": sun[0],
+        "settings": settings.model_dump(mode="json"),
+    }
+
+
+def draw_preparation(prepared: "PreparedSession") -> dict[str, bytes]:
+    """Returns the pictures of cleaning as PNG by file name."""
+    from jaxsat.plotting import (
+        draw_coordinates,
+        draw_magnetometers,
+        draw_orbit_residuals,
+        draw_panel_currents,
+        png_bytes,
+    )
+
+    s, subtitle = prepared.session, prepared.subtitle
+    before, after = prepared.orbit_fit.residual_before_m, prepared.orbit_fit.residual_after_m
+    figures = {
+        "coordinates.png": draw_coordinates(
+            s.raw_t_s, s.raw.position_eci_km, s.t_s, s.position_eci_m / 1e3, subtitle=subtitle
+        ),
+        "magnetometers.png": draw_magnetometers(
+            s.raw_t_s, s.raw.magnetometer_uT, s.t_s, s.b_field_uT, subtitle=subtitle
+        ),
+        "currents.png": draw_panel_currents(
+            s.raw_t_s, s.raw_currents_mA, s.t_s, s.currents_mA, raw_used=s.raw_used, subtitle=subtitle
+        ),
+        "orbit_residuals.png": draw_orbit_residuals(s.t_s, before / 1e3, after / 1e3, subtitle=subtitle),
+    }
+    return {name: png_bytes(figure) for name, figure in figures.items()}

@@ -1,0 +1,110 @@
+"""Unit quaternions of attitude: scalar first, turning body vectors into inertial ones.
+
+`rotate(q, v_body)` is the inertial vector, `rotate_inverse(q, v_inertial)` the body vector, and products compose
+from right to left: `multiply(q_inertial_from_body, q_body_from_sensor)` is `q_inertial_from_sensor`.
+All functions act on the last axis and broadcast over leading ones. (Markley & Crassidis 2014, sec. 2.9, written
+here with the Hamilton product and the scalar in front.)
+"""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from jaxsat.math.safe import safe_norm
+
+
+def multiply(p: Float[Array, "*batch 4"], q: Float[Array, "*batch 4"]) -> Float[Array, "*batch 4"]:
+    """Hamilton product p q."""
+    pw, px, py, pz = p[..., 0], p[..., 1], p[..., 2], p[..., 3]
+    qw, qx, qy, qz = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
+    return jnp.stack(
+        [
+            pw * qw - px * qx - py * qy - pz * qz,
+            pw * qx + px * qw + py * qz - pz * qy,
+            pw * qy - px * qz + py * qw + pz * qx,
+            pw * qz + px * qy - py * qx + pz * qw,
+        ],
+        axis=-1,
+    )
+
+
+def conjugate(q: Float[Array, "*batch 4"]) -> Float[Array, "*batch 4"]:
+    """Inverse rotation of a unit quaternion."""
+    return q * jnp.array([1.0, -1.0, -1.0, -1.0], dtype=q.dtype).reshape((1,) * (q.ndim - 1) + (4,))
+
+
+def normalize(q: Float[Array, "*batch 4"]) -> Float[Array, "*batch 4"]:
+    """The unit quaternion along `q`."""
+    return q / jnp.sqrt(jnp.sum(q * q, axis=-1))[..., None]
+
+
+def to_dcm(q: Float[Array, "*batch 4"]) -> Float[Array, "*batch 3 3"]:
+    """Direction cosine matrix `dcm_inertial_from_body` of a unit quaternion."""
+    w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
+    rows = [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+    ]
+    return jnp.stack([jnp.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def from_dcm(dcm: Float[Array, "3 3"]) -> Float[Array, "4"]:
+    """Quaternion of a direction cosine matrix, by the largest component (Shepperd 1978), non-negative scalar part."""
+    trace = dcm[0, 0] + dcm[1, 1] + dcm[2, 2]
+    diagonal = jnp.stack([trace, dcm[0, 0], dcm[1, 1], dcm[2, 2]])
+    # Row k holds 4 q_k times the quaternion, so the row of the largest q_k never divides by a small number.
+    symmetric = jnp.stack(
+        [
+            jnp.stack([1.0 + trace, dcm[2, 1] - dcm[1, 2], dcm[0, 2] - dcm[2, 0], dcm[1, 0] - dcm[0, 1]]),
+            jnp.stack(
+                [dcm[2, 1] - dcm[1, 2], 1.0 + 2.0 * dcm[0, 0] - trace, dcm[0, 1] + dcm[1, 0], dcm[0, 2] + dcm[2, 0]]
+            ),
+            jnp.stack(
+                [dcm[0, 2] - dcm[2, 0], dcm[0, 1] + dcm[1, 0], 1.0 + 2.0 * dcm[1, 1] - trace, dcm[1, 2] + dcm[2, 1]]
+            ),
+            jnp.stack(
+                [dcm[1, 0] - dcm[0, 1], dcm[0, 2] + dcm[2, 0], dcm[1, 2] + dcm[2, 1], 1.0 + 2.0 * dcm[2, 2] - trace]
+            ),
+        ]
+    )
+    q = normalize(symmetric[jnp.argmax(diagonal)])
+    return jnp.where(q[0] < 0.0, -q, q)
+
+
+def rotate(q: Float[Array, "*batch 4"], vector_body: Float[Array, "*batch 3"]) -> Float[Array, "*batch 3"]:
+    """Inertial components of a body vector."""
+    axis = q[..., 1:]
+    twice = 2.0 * jnp.cross(axis, vector_body)
+    return vector_body + q[..., :1] * twice + jnp.cross(axis, twice)
+
+
+def rotate_inverse(q: Float[Array, "*batch 4"], vector_inertial: Float[Array, "*batch 3"]) -> Float[Array, "*batch 3"]:
+    """Body components of an inertial vector."""
+    return rotate(conjugate(q), vector_inertial)
+
+
+def from_rotation_vector(rotation: Float[Array, "*batch 3"]) -> Float[Array, "*batch 4"]:
+    """Quaternion of a rotation by |rotation| [rad] about its direction, smooth at zero."""
+    square = jnp.sum(rotation * rotation, axis=-1)
+    small = square < 1e-8
+    angle = jnp.sqrt(jnp.where(small, 1.0, square))
+    # sin(a/2)/a and cos(a/2) as series in a^2 below 1e-4 rad: the next terms are under 1e-20.
+    sinc = jnp.where(small, 0.5 - square / 48.0, jnp.sin(0.5 * angle) / angle)
+    cosine = jnp.where(small, 1.0 - square / 8.0 + square * square / 384.0, jnp.cos(0.5 * angle))
+    return jnp.concatenate([cosine[..., None], sinc[..., None] * rotation], axis=-1)
+
+
+def to_rotation_vector(q: Float[Array, "*batch 4"]) -> Float[Array, "*batch 3"]:
+    """Rotation vector of a unit quaternion, of length at most pi [rad], smooth at the identity."""
+    q = jnp.where(q[..., :1] < 0.0, -q, q)
+    sine = safe_norm(q[..., 1:])
+    small = sine < 1e-8
+    ratio = jnp.where(
+        small, 2.0 / q[..., 0], 2.0 * jnp.arctan2(sine, q[..., 0]) / jnp.where(small, 1.0, sine)
+    )
+    return ratio[..., None] * q[..., 1:]
+
+
+def angle_between(p: Float[Array, "*batch 4"], q: Float[Array, "*batch 4"]) -> Float[Array, "*batch"]:
+    """Angle of the rotation from one attitude to the other, in [0, pi] [rad]."""
+    return safe_norm(to_rotation_vector(multiply(conjugate(p), q)))

@@ -1,0 +1,106 @@
+"""What all pictures share: panel colours, figure set-up without global state, shadow shading, PNG output."""
+
+import io
+from typing import Literal
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+PANEL_NAMES = ("+X", "-X", "+Y", "-Y", "+Z", "-Z")
+
+PANEL_COLOURS = {
+    "+X": "#2e8b3d",
+    "-X": "#c79a00",
+    "+Y": "#8a4b20",
+    "-Y": "#3f9fd8",
+    "+Z": "#2340a8",
+    "-Z": "#8e44ad",
+}
+"""Those of the published plots (green, yellow, brown, light blue, blue, violet), dark enough for lines on white."""
+
+AXIS_COLOURS = {"x": "#2e8b3d", "y": "#8a4b20", "z": "#2340a8"}
+"""Components of a vector, in the colours of the panels they point to."""
+
+INK, FAINT, SHADOW, LEFT_OUT = "#222222", "#8a8f98", "#e7e9ee", "#c0392b"
+
+DPI = 110
+
+
+def new_figure(width_in: float, height_in: float, title: str, subtitle: str = "") -> Figure:
+    """Returns a white figure with its own raster canvas, a bold title and a grey line below it, both at the left."""
+    figure = Figure(figsize=(width_in, height_in), dpi=DPI, facecolor="white")
+    FigureCanvasAgg(figure)
+    left, inch = 0.12 / width_in, 1.0 / height_in
+    figure.text(left, 1.0 - 0.10 * inch, title, ha="left", va="top", fontsize=12, fontweight="bold", color=INK)
+    if subtitle:
+        figure.text(left, 1.0 - 0.36 * inch, subtitle, ha="left", va="top", fontsize=9, color="#555b66")
+    return figure
+
+
+def dress(axes: Axes, *, y_label: str = "", x_label: str = "") -> None:
+    """Gives axes the house's look: two spines, light grid, small labels."""
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines[["left", "bottom"]].set_color(FAINT)
+    axes.grid(True, color="#d5d8de", linewidth=0.5)
+    axes.set_axisbelow(True)
+    axes.tick_params(labelsize=8, color=FAINT, labelcolor=INK, length=3)
+    if y_label:
+        axes.set_ylabel(y_label, fontsize=9, color=INK)
+    if x_label:
+        axes.set_xlabel(x_label, fontsize=9, color=INK)
+
+
+def head(axes: Axes, text: str, *, side: Literal["left", "right"] = "left", **style) -> None:
+    """Writes a line above axes. Its height is given: matplotlib's search for a free one doubles the drawing time."""
+    axes.set_title(text, loc=side, y=1.0, pad=3, **{"fontsize": 9.5, "color": INK, **style})
+
+
+def shadow_spans(t_s: np.ndarray, lit: np.ndarray) -> list[tuple[float, float]]:
+    """Returns the stretches of time [s] whose samples are in shadow; an edge lies half-way between two samples."""
+    lit = np.asarray(lit, bool)
+    if lit.size == 0:
+        return []
+    edges = np.concatenate(([t_s[0]], 0.5 * (t_s[1:] + t_s[:-1]), [t_s[-1]]))
+    change = np.flatnonzero(np.diff(np.concatenate(([True], lit, [True])).astype(int)))
+    return [(float(edges[first]), float(edges[last])) for first, last in zip(change[::2], change[1::2], strict=True)]
+
+
+def shade_shadow(axes: Axes, t_s: np.ndarray, lit: np.ndarray, *, label: bool = False) -> None:
+    """Shades the Earth's shadow behind everything else, with the word in it where `label` is set."""
+    for begin, end in shadow_spans(t_s, lit):
+        axes.axvspan(begin, end, color=SHADOW, linewidth=0, zorder=0)
+        if label:
+            axes.text(
+                0.5 * (begin + end),
+                0.96,
+                "shadow",
+                transform=axes.get_xaxis_transform(),
+                ha="center",
+                va="top",
+                fontsize=8,
+                color=FAINT,
+            )
+
+
+def time_limits(t_s: np.ndarray) -> tuple[float, float]:
+    """Returns the limits of a time axis: the samples' range and a small margin [s]."""
+    begin, end = float(np.min(t_s)), float(np.max(t_s))
+    margin = 0.015 * (end - begin) or 1.0
+    return begin - margin, end + margin
+
+
+def nice_ceiling(value: float) -> float:
+    """Returns the smallest of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten not below `value`; 1 for nothing."""
+    if not np.isfinite(value) or value <= 0.0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(power * next(step for step in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if step * power >= value * (1 - 1e-12)))
+
+
+def png_bytes(figure: Figure) -> bytes:
+    """Returns the figure as a PNG file's content; no date inside, so that equal pictures are equal bytes."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", metadata={"Software": None}, pil_kwargs={"compress_level": 4})
+    return buffer.getvalue()

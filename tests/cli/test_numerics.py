@@ -1,0 +1,35 @@
+"""Where compiled programs are kept, and what is said where they cannot be."""
+
+import subprocess
+import sys
+
+from jaxsat.cli.numerics import _cache_directory, _why_not_writable
+
+
+def test_cache_directory_follows_the_environment(monkeypatch, tmp_path):
+    monkeypatch.delenv("JAX_COMPILATION_CACHE_DIR", raising=False)
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert _cache_directory() == tmp_path / ".cache" / "jaxsat" / "xla"
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
+    assert _cache_directory() == tmp_path / "xdg" / "jaxsat" / "xla"
+    monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", str(tmp_path / "own"))
+    assert _cache_directory() == tmp_path / "own"
+
+
+def test_writable_directory_is_made_and_left_empty(tmp_path):
+    assert _why_not_writable(tmp_path / "a" / "b") is None
+    assert list((tmp_path / "a" / "b").iterdir()) == []
+
+
+def test_without_a_place_for_the_cache_jax_still_runs_and_says_so(tmp_path):
+    (tmp_path / "file").write_text("")
+    script = (
+        "from jaxsat.cli.numerics import set_up_jax; print(set_up_jax()); import jax;"
+        "print(jax.jit(lambda x: x + 1)(jax.numpy.zeros(1)).dtype)"
+    )
+    environment = {"PATH": "", "JAX_COMPILATION_CACHE_DIR": str(tmp_path / "file" / "below")}
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, env=environment, check=True)
+    notice, dtype = done.stdout.splitlines()
+    assert notice.startswith("no compile cache") and "below" in notice
+    assert dtype == "float64"
