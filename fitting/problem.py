@@ -103,7 +103,9 @@ def predict(
         modelled, by_turn, by_sensor = jax.vmap(at_sample)(q, light)
         new = (modelled - measured, jnp.concatenate([by_turn @ rotation, by_sensor], axis=-1))
         return jax.tree.map(
-            lambda old, block: jax.lax.dynamic_update_slice_in_dim(old, block / problem.noise, begin, axis=0), carry, new
+            lambda old, block: jax.lax.dynamic_update_slice_in_dim(old, block / problem.noise, begin, axis=0),
+            carry,
+            new,
         )
 
     samples = jnp.sum(jnp.asarray(problem.grid.sample_index) <= blocks * BLOCK)

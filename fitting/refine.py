@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.parameters import Parametrization
 from fitting.problem import Problem
-from fitting.solvers.least_squares import CHUNK, Point
+from fitting.solvers.least_squares import Point
 from fitting.solvers.multi_start import Progress, Stage, Starts, distinct, solve
 
 SAMPLE_LIMIT = 30.0
@@ -19,6 +19,8 @@ exceeds it by far, for the brightest panel of a box never carries less than 58 %
 MAX_LEFT_OUT = 0.35
 """Largest share of lit samples that may be left out; beyond it the model is wrong, not the samples."""
 ROBUST_SCALE, PLAIN = 3.0, 1e4
+MAX_MINIMA = 8
+"""Minima compared on the whole arc."""
 CONVERGED_DECREMENT = 1e-2
 """An undamped step would improve the cost by less than this: a tenth of a sigma in every direction."""
 
@@ -37,6 +39,14 @@ class Refined:
     """[minima] True where nothing was left out because too much would have been: large residuals count linearly."""
 
 
+def candidates(cost: np.ndarray) -> np.ndarray:
+    """Indices of the minima that might still win, of costs in rising order: `MAX_MINIMA` of them at most.
+
+    Nothing that is left out or freed later halves the cost of a wrong minimum alone.
+    """
+    return np.flatnonzero(cost <= 2.0 * cost[0] + 50.0)[:MAX_MINIMA]
+
+
 def refine(
     problem: Problem,
     parameters: Parametrization,
@@ -47,9 +57,7 @@ def refine(
     progress: Progress,
 ) -> Refined:
     """Refines the best survivors on the problem's own grid, and ranks the minima by one truncated cost."""
-    # Only minima that might still win: nothing left out or freed later halves the cost of a wrong one alone.
-    near = np.flatnonzero(survivors.cost <= 2.0 * survivors.cost[0] + 50.0)[:CHUNK]
-    chosen = survivors.take(near)
+    chosen = survivors.take(candidates(survivors.cost))
     count = len(chosen.cost)
     last = int(np.flatnonzero(problem.valid)[-1])
     rounds = 4 if limiting else 2
@@ -76,9 +84,7 @@ def refine(
     score = score + 0.5 * (points.x[:, 6:] ** 2).sum(axis=1)
     order = distinct(Starts(points.x, points.reference, score), attitude=0.02, rate=2e-3)
     progress("refining", rounds, rounds)
-    return Refined(
-        jax.tree.map(lambda leaf: leaf[order], points), score[order], limited[order], robust[order]
-    )
+    return Refined(jax.tree.map(lambda leaf: leaf[order], points), score[order], limited[order], robust[order])
 
 
 def _sample_squares(points: Point) -> np.ndarray:

@@ -1,9 +1,13 @@
 """First guesses for the growing arcs: attitudes that put the Sun where the first lit currents say it is."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, PRNGKeyArray
+from jaxtyping import Array, Float, Int, PRNGKeyArray
 
+from fitting.local.roll_search import search_roll
+from fitting.parameters import Parametrization, build_model
+from fitting.problem import Problem
 from jaxsat.math import quaternion, unit
 
 
@@ -43,3 +47,39 @@ def random_starts(
     radius = max_rate * jnp.cbrt((layer + jax.random.uniform(keys[2], (count,), dtype=currents.dtype)) / count)
     axis = unit(jax.random.normal(keys[3], (count, 3), dtype=currents.dtype))
     return attitude, radius[:, None] * axis
+
+
+@eqx.filter_jit
+def first_guesses(
+    problem: Problem,
+    parameters: Parametrization,
+    key: PRNGKeyArray,
+    count: int,
+    samples: Int[Array, "2"],
+    max_rate: Float[Array, ""],
+) -> tuple[Float[Array, "starts 4"], Float[Array, "starts 3"]]:
+    """`count` random starts and, in front of them, those of the local method with x along the field.
+
+    `samples` are the first two lit ones: each pair of their best field-aligned attitudes gives a start and its rate.
+    """
+    spacecraft, _ = build_model(jnp.asarray(parameters.nominal), jnp.asarray(parameters.reference_field))
+    first = samples[0]
+    measured = jnp.asarray(problem.measured)
+    attitude, rate = random_starts(key, count, measured[first], problem.light.sun_eci[first], max_rate)
+
+    def local(sample):
+        light = jax.tree.map(lambda leaf: leaf[sample], problem.light)
+        node = 2 * jnp.asarray(problem.grid.sample_index)[sample]
+        field = problem.orbit.b_field_eci[node]
+        return search_roll(measured[sample], field, spacecraft.panels, light, jnp.asarray(1.0))
+
+    found = jax.vmap(local)(samples)
+    times = jnp.asarray(problem.grid.node_times)[2 * jnp.asarray(problem.grid.sample_index)[samples]]
+    turn = jax.vmap(
+        lambda a: jax.vmap(lambda b: quaternion.to_rotation_vector(quaternion.multiply(quaternion.conjugate(a), b)))(
+            found.quaternion[1]
+        )
+    )(found.quaternion[0])
+    local_rate = turn.reshape(-1, 3) / (times[1] - times[0])
+    local_attitude = jnp.repeat(found.quaternion[0], found.quaternion.shape[1], axis=0)
+    return jnp.concatenate([local_attitude, attitude]), jnp.concatenate([local_rate, rate])

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.parameters import MODEL, STATE, TO_UNIT, UNITS, Parametrization, build_model
+from fitting.parameters import MAGNET, MODEL, STATE, TO_UNIT, UNITS, Parametrization, build_model
 from fitting.problem import RATE_UNIT, Problem
 from fitting.refine import CONVERGED_DECREMENT, Refined
 from fitting.result import AMBIGUOUS, CONVERGED, NOT_CONVERGED, FitResult, FittedParameter
@@ -72,7 +72,10 @@ def summarize(t: np.ndarray, problem: Problem, parameters: Parametrization, refi
     sigma = dict(zip(all_names, np.sqrt(np.diagonal(physical)), strict=True))
     notes = {name: "at its bound" for name, flag in zip(names, at_bound, strict=True) if flag}
     notes |= {
-        name: "held by its prior" for name, share in zip(names, held, strict=True) if share > 0.5 and name not in notes
+        name: "held by its prior"
+        for name, share in zip(names, held, strict=True)
+        # Along the gauge the prior holds nothing but a number without meaning.
+        if share > 0.5 and name not in notes and not (parameters.gauged and name in MAGNET)
     }
     gauge = None
     if parameters.gauged:
@@ -86,7 +89,12 @@ def summarize(t: np.ndarray, problem: Problem, parameters: Parametrization, refi
         factor = TO_UNIT.get(name, 1.0)
         table.append(
             FittedParameter(
-                name, float(value * factor), float(sigma[name]) if known else None, UNITS[name], free, notes.get(name, "")
+                name,
+                float(value * factor),
+                float(sigma[name]) if known else None,
+                UNITS[name],
+                free,
+                notes.get(name, ""),
             )
         )
 

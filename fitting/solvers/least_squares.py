@@ -13,10 +13,10 @@ from fitting.parameters import STATE, Parametrization
 from fitting.problem import Prediction, Problem, predict
 from jaxsat.math import quaternion
 
-CHUNK = 8
+CHUNK = 4
 """Starts in one call of `solve_chunk`."""
 
-FINISHED_DECREMENT = 1e-6
+FINISHED_DECREMENT = 1e-4
 """Cost below which a further step is not worth its time."""
 
 FIRST_DAMPING, SHRINK, GROW = 1e-2, 0.2, 8.0
@@ -53,7 +53,7 @@ class Point(eqx.Module):
     damping: Float[Array, ""]
     prediction: Prediction
     decrement: Float[Array, ""]
-    """Cost that an undamped step would still save: below ~1e-4 the minimum is reached on the scale of sigma."""
+    """Cost that the last step promised to save: below ~1e-4 the minimum is reached on the scale of sigma."""
 
 
 def robust_weight(residual: Float[Array, "samples 6"], scale: Float[Array, ""]) -> Float[Array, "samples 6"]:
@@ -88,7 +88,7 @@ def normal_equations(
 def solve_bounded(
     point: Point, lower: Float[Array, " unknowns"], upper: Float[Array, " unknowns"], settings: Settings
 ) -> tuple[Float[Array, " unknowns"], Float[Array, ""]]:
-    """Damped step and the cost an undamped one would save; unknowns pressed against a bound stay there."""
+    """Damped step and the cost that it promises to save; unknowns pressed against a bound stay there."""
     pressed = ((point.x <= lower) & (point.gradient > 0)) | ((point.x >= upper) & (point.gradient < 0))
     free = settings.active & ~pressed
     gradient = jnp.where(free, point.gradient, 0.0)
@@ -100,8 +100,7 @@ def solve_bounded(
     scaled = hessian / (root[:, None] * root[None, :])
     identity = jnp.eye(scaled.shape[0], dtype=scaled.dtype)
     step = -jax.scipy.linalg.solve(scaled + point.damping * identity, gradient / root, assume_a="pos") / root
-    newton = jax.scipy.linalg.solve(scaled + 1e-9 * identity, gradient / root, assume_a="pos") / root
-    return jnp.clip(point.x + step, lower, upper) - point.x, 0.5 * gradient @ newton
+    return jnp.clip(point.x + step, lower, upper) - point.x, -0.5 * gradient @ step
 
 
 def blank_prediction(problem: Problem, unknowns: int) -> Prediction:
@@ -127,7 +126,9 @@ def evaluate(
     x = x.at[:3].set(0.0)
     prediction, jacobian = predict(problem, parameters, x, reference, settings.blocks)
     cost, gradient, hessian = normal_equations(prediction.residual, jacobian, sample_weight, x, settings)
-    return Point(x, reference, sample_weight, cost, gradient, hessian, damping, prediction, jnp.full_like(cost, jnp.inf))
+    return Point(
+        x, reference, sample_weight, cost, gradient, hessian, damping, prediction, jnp.full_like(cost, jnp.inf)
+    )
 
 
 def levenberg_marquardt(

@@ -1,4 +1,4 @@
-"""Growing arcs: many starts on a short arc, the best of them on ever longer ones (why: Penkov et al. 2009, end of sec. 4).
+"""Growing arcs: many starts on a short arc, the best of them on ever longer ones (Penkov et al. 2009, end of sec. 4).
 
 The cost as a function of the spin rate has a side minimum every 2 x 4.49/T rad/s, so over a whole session almost
 every start ends in a wrong one, while over the first few minutes the basin is wide. Each arc is long enough to halve
@@ -17,6 +17,11 @@ from fitting.parameters import Parametrization
 from fitting.problem import Problem
 from fitting.solvers.least_squares import CHUNK, Point, Settings, solve_chunk
 from jaxsat.integrators import BLOCK
+
+HOPELESS = (5.0, 300.0)
+"""A start is given up once its cost exceeds the first times the best one's plus the second.
+
+Not after the first stage, where most starts are still on their way."""
 
 Progress = Callable[[str, int, int], None]
 
@@ -86,6 +91,13 @@ def solve(
     return jax.tree.map(lambda *leaves: np.concatenate(leaves)[:count], *points)
 
 
+def compile_solver(problem: Problem, parameters: Parametrization) -> None:
+    """Compiles the solver for a problem's shapes, or finds it compiled; a run of no iterations."""
+    unknowns = len(parameters.names)
+    stage = Stage(0, 1, -1, 1.0, np.zeros(unknowns, bool))
+    solve(problem, parameters, stage, np.zeros((1, unknowns)), np.array([[1.0, 0, 0, 0]]), np.zeros(len(problem.valid)))
+
+
 def distinct(points: Starts, *, attitude: float, rate: float) -> np.ndarray:
     """Indices of points, best first, that differ from every better one by an attitude [rad] or a rate [x units]."""
     finite = np.flatnonzero(np.isfinite(points.cost))
@@ -117,5 +129,7 @@ def grow(
         )
         starts = Starts(points.x, points.reference, points.cost)
         starts = starts.take(distinct(starts, attitude=2e-3, rate=2e-3))
+        if number > 0:
+            starts = starts.take(np.flatnonzero(starts.cost <= HOPELESS[0] * starts.cost[0] + HOPELESS[1]))
     progress("growing arcs", len(schedule), len(schedule))
     return starts

@@ -11,6 +11,7 @@ from cyclopts import Parameter, validators
 
 from jaxsat.cli.options import Arc, ConfigFile, Drop, Free, whole_number
 from jaxsat.cli.session import BUNDLED
+from jaxsat.errors import InputError
 
 if TYPE_CHECKING:
     from jaxsat.cli.settings import Config
@@ -133,8 +134,9 @@ def fit_one(
     path: Path, directory: Path, settings: "Config", *, clock: Clock, plots: bool, quiet: bool = False
 ) -> Outcome:
     """Fits one file, writes its directory whole or not at all, prints a summary; raises `InputError`."""
-    from fitting.fit import fit_session
+    from fitting.fit import fit
     from jaxsat.cli.fit_files import FILES, write_fit
+    from jaxsat.cli.inputs import fit_settings, nominal, observations
     from jaxsat.cli.progress import StageProgress
     from jaxsat.cli.session import prepare_session
     from jaxsat.cli.staging import staged_directory
@@ -148,9 +150,15 @@ def fit_one(
         check_usable(prepared.session)
         before = {"import": clock.imported, "prepare": time.perf_counter() - start}
         with StageProgress(prepared.label) as progress:
-            result = fit_session(prepared.session, prepared.orbit_fit, settings, progress=progress)
+            samples = observations(prepared.session, prepared.orbit_fit, settings)
+            try:
+                result = fit(samples, nominal(settings), fit_settings(settings), progress=progress)
+            except InputError as error:
+                raise InputError(error.reason, file=path, row=error.row, field=error.field) from None
             progress("writing results", 0, 0)
-            result = dataclasses.replace(result, timing_s={**before, **result.timing_s})
+            timing = {**before, **result.timing_s}
+            timing["prepare"] = before["prepare"] + result.timing_s.get("prepare", 0.0)
+            result = dataclasses.replace(result, timing_s=timing)
             result, warnings = write_fit(stage, result, prepared, settings, began=clock.began, plots=plots)
     if not quiet:
         show(fit_summary(result, prepared.label), f"\nresults in {directory}")

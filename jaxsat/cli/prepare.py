@@ -60,11 +60,10 @@ def prepare(
 def preparation_document(prepared: "PreparedSession", settings: "Config") -> dict[str, Any]:
     """Returns the content of prepare.json; SI units and radians but where a name says otherwise."""
     from fitting.orbit_fit import ELEMENT_UNITS
-    from jaxsat.environment.sun import apparent_sun
-    from jaxsat.time import greenwich_angle
+    from jaxsat.cli.inputs import surroundings
 
     session, orbit_fit = prepared.session, prepared.orbit_fit
-    sun, _ = apparent_sun(session.epoch, session.t_s[:1])
+    around = surroundings(session, orbit_fit, settings)
     return {
         "schema": SCHEMA,
         "telemetry": prepared.telemetry,
@@ -81,8 +80,8 @@ def preparation_document(prepared: "PreparedSession", settings: "Config") -> dic
         "time_of_perigee_s": orbit_fit.time_of_perigee_s,
         "argument_of_latitude_rad": orbit_fit.argument_of_latitude,
         "position_residual_rms_m": {"before": orbit_fit.rms_before_m, "after": orbit_fit.rms_after_m},
-        "greenwich_angle_rad": greenwich_angle(session.epoch),
-        "sun_direction_eci": sun[0],
+        "greenwich_angle_rad": around.greenwich_angle,
+        "sun_direction_eci": around.sun_eci[0],
         "settings": settings.model_dump(mode="json"),
     }
 

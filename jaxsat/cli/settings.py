@@ -302,8 +302,11 @@ class Fit(_Section):
     starts: int = Field(default=256, ge=1, le=65536, description="starts of the search")
     seed: int = Field(default=0, ge=0, lt=2**32, description="seed of the starts")
     noise_mA: Positive = Field(default=2.0, description="1-sigma of a current [mA]")
+    quantum_mA: NonNegative = Field(default=1.0, description="step in which currents are telemetered [mA]")
     max_rate_deg_s: Positive = Field(default=1.5, description="highest angular rate of the starts [deg/s]")
-    step_s: float = Field(default=8.0, gt=0, le=60, description="longest integration step [s]")
+    step_s: float = Field(
+        default=32.0, gt=0, le=60, description="longest integration step; shorter where the rate asks for it [s]"
+    )
     limiting: bool = Field(default=True, description="look for samples with limited charge current and leave them out")
     prior_sigma: PriorSigma = Field(default=PriorSigma(), description="priors")
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fitting.fit import FitSettings
 from fitting.result import FitResult, FittedParameter
 
 
@@ -54,17 +55,17 @@ def fit_result() -> FitResult:
 
 @pytest.fixture
 def fake_fit(monkeypatch):
-    """Puts a stand-in in the place of `fitting.fit`; returns a dict whose entries change the result it gives."""
+    """Puts a stand-in in the place of the solver; returns a dict whose entries change the result it gives."""
     changes: dict = {}
 
-    def fit_session(session, orbit_fit, config, *, progress):
+    def fit(observations, nominal, settings, *, progress):
         progress("arc 1", 1, 2)
         if "error" in changes:
             raise changes["error"]
         return replace(make_fit_result(), **changes)
 
     module = types.ModuleType("fitting.fit")
-    module.__dict__["fit_session"] = fit_session
+    module.__dict__.update(fit=fit, FitSettings=FitSettings)
     monkeypatch.setitem(sys.modules, "fitting.fit", module)
     monkeypatch.setattr("fitting.fit", module, raising=False)
     # The cache of compiled programs belongs to the user, the settings of JAX to the test session.

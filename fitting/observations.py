@@ -1,0 +1,97 @@
+"""What a fit is given: samples of currents with their surroundings, and the padded problem made of them."""
+
+import dataclasses
+from dataclasses import dataclass
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.problem import PAD_SAMPLES, PAD_STEPS, Problem
+from jaxsat.environment import (
+    CylinderShadow,
+    DiffuseAlbedo,
+    InternalField,
+    KeplerOrbit,
+    SpecularAlbedo,
+    tabulate_light,
+    tabulate_orbit,
+)
+from jaxsat.integrators import StepGrid
+
+FINEST_USUAL_STEP_S = 8.0
+"""Grids are padded to the number of steps of this length [s]; a faster spin costs one more compilation."""
+
+
+@dataclass(frozen=True)
+class Observations:
+    """Samples of one session with their surroundings, SI; time zero is that of the orbit."""
+
+    t: np.ndarray
+    """[time] increasing [s]."""
+    currents: np.ndarray
+    """[time 6] +X -X +Y -Y +Z -Z [A]."""
+    orbit: KeplerOrbit
+    field: InternalField
+    greenwich_angle: float
+    """At t = 0 [rad]."""
+    earth_rotation_rate: float
+    """[rad/s]"""
+    earth_radius: float
+    """Of shadow and albedo [m]."""
+    sun_eci: np.ndarray
+    """[time 3] unit vectors."""
+
+
+@eqx.filter_jit
+def _tabulate(orbit, field, greenwich, rate, radius, node_times, sample_times, sun_eci):
+    light = tabulate_light(
+        orbit,
+        sample_times,
+        sun_eci,
+        shadow=CylinderShadow(radius),
+        specular=SpecularAlbedo(radius),
+        diffuse=DiffuseAlbedo(radius),
+    )
+    return tabulate_orbit(orbit, node_times, field, greenwich, rate), light
+
+
+def build_problem(observations: Observations, *, noise: float, max_step: float) -> Problem:
+    """Tables and padded measurements for steps of at most `max_step` [s]; `noise` is one sigma [A]."""
+    t = observations.t
+    # Steps are padded generously, so that the coarse and the fine grid of a session share one program.
+    steps = len(StepGrid.through(t, start=t[0], max_step=FINEST_USUAL_STEP_S).step)
+    pad_steps = -(-steps // PAD_STEPS) * PAD_STEPS
+    grid = StepGrid.through(t, start=t[0], max_step=max_step, pad_samples=PAD_SAMPLES, pad_steps=pad_steps)
+    extra = len(grid.sample_index) - len(t)
+    sun = np.pad(observations.sun_eci, ((0, extra), (0, 0)), mode="edge")
+    orbit_table, light = _tabulate(
+        observations.orbit,
+        observations.field,
+        jnp.asarray(observations.greenwich_angle),
+        jnp.asarray(observations.earth_rotation_rate),
+        jnp.asarray(observations.earth_radius),
+        grid.node_times,
+        np.pad(t, (0, extra), mode="edge"),
+        sun,
+    )
+    return Problem(
+        grid=grid,
+        orbit=orbit_table,
+        light=light,
+        measured=np.pad(observations.currents, ((0, extra), (0, 0))),
+        valid=np.arange(len(grid.sample_index)) < len(t),
+        noise=np.asarray(noise),
+    )
+
+
+def from_first_light(observations: Observations, brightness: float) -> Observations:
+    """The arc from its first sample brighter than `brightness` [A] on: the state is that at the arc's first sample."""
+    bright = np.flatnonzero(observations.currents.max(axis=1) > brightness)
+    first = int(bright[0]) if len(bright) else 0
+    return dataclasses.replace(
+        observations,
+        t=observations.t[first:],
+        currents=observations.currents[first:],
+        sun_eci=observations.sun_eci[first:],
+    )

@@ -1,0 +1,107 @@
+"""From a prepared session and the configuration to what the fit takes, in SI."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fitting.fit import FitSettings
+from fitting.observations import Observations
+from fitting.parameters import Nominal, PriorSigma, parse_free
+from jaxsat.constants import EARTH_MU
+from jaxsat.environment import KeplerOrbit, apparent_sun, igrf_field
+from jaxsat.errors import InputError
+from jaxsat.time import greenwich_angle
+
+if TYPE_CHECKING:
+    from fitting.orbit_fit import OrbitFit
+    from jaxsat.cli.settings import Config
+    from jaxsat.telemetry.cleaning import Session
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """Orbit, Earth's rotation and Sun of a session: found from it, or given by the configuration."""
+
+    orbit: KeplerOrbit
+    greenwich_angle: float
+    """At t = 0 [rad]."""
+    sun_eci: np.ndarray
+    """[time 3] unit vectors at the samples."""
+
+
+def surroundings(session: "Session", orbit_fit: "OrbitFit", config: "Config") -> Surroundings:
+    """What the configuration gives of `globP` in place of what `Start` finds."""
+    elements = config.orbit.elements(EARTH_MU)
+    orbit = orbit_fit.orbit if elements is None else KeplerOrbit(**elements)
+    perigee_s = -float(orbit.mean_anomaly) / float(orbit.mean_motion)
+    angle = config.earth.greenwich_angle(perigee_s)
+    if config.sun.direction_eci is None:
+        sun_eci, _ = apparent_sun(session.epoch, session.t_s)
+    else:
+        direction = np.array(config.sun.direction_eci)
+        sun_eci = np.broadcast_to(direction / np.linalg.norm(direction), (len(session.t_s), 3))
+    return Surroundings(orbit, greenwich_angle(session.epoch) if angle is None else angle, sun_eci)
+
+
+def observations(session: "Session", orbit_fit: "OrbitFit", config: "Config") -> Observations:
+    """Samples of the arc that is to be fitted; raises `InputError` where it holds none."""
+    around = surroundings(session, orbit_fit, config)
+    inside = np.ones(len(session.t_s), bool)
+    if config.fit.arc_s is not None:
+        begin, end = config.fit.arc_s
+        inside = (session.t_s >= begin) & (session.t_s <= end)
+        if not inside.any():
+            raise InputError(
+                f"no sample between {begin:g} and {end:g} s; the session runs from {session.t_s[0]:g} to "
+                f"{session.t_s[-1]:g} s",
+                file=session.path,
+                field="arc",
+            )
+    return Observations(
+        t=session.t_s[inside],
+        currents=1e-3 * session.currents_mA[inside],
+        orbit=around.orbit,
+        field=igrf_field(session.epoch.decimal_year()),
+        greenwich_angle=around.greenwich_angle,
+        earth_rotation_rate=config.earth.rotation_rate_rad_s,
+        earth_radius=1e3 * config.earth.radius_km,
+        sun_eci=around.sun_eci[inside],
+    )
+
+
+def nominal(config: "Config") -> Nominal:
+    """The satellite of the configuration."""
+    craft, inertia = config.spacecraft, config.spacecraft.inertia_kg_m2
+    return Nominal(
+        magnet=craft.magnet(),
+        rods=np.array(craft.rods_A_m2),
+        reference_field=craft.reference_field_T,
+        inertia=np.array([inertia.xx, inertia.yy, inertia.zz, inertia.xy, inertia.xz, inertia.yz]),
+        max_current=1e-3 * craft.imax_mA,
+        gains=np.array(craft.gains),
+        albedo=np.array([config.albedo.specular, config.albedo.diffuse]),
+    )
+
+
+def fit_settings(config: "Config") -> FitSettings:
+    """Choices of the fit."""
+    fit, sigma = config.fit, config.fit.prior_sigma
+    return FitSettings(
+        free=parse_free(fit.free),
+        starts=fit.starts,
+        seed=fit.seed,
+        noise_mA=fit.noise_mA,
+        quantum_mA=fit.quantum_mA,
+        max_rate_deg_s=fit.max_rate_deg_s,
+        step_s=fit.step_s,
+        limiting=fit.limiting,
+        prior=PriorSigma(
+            magnet=sigma.magnet_A_m2,
+            rods=sigma.rods_A_m2,
+            imax_relative=sigma.imax_relative,
+            gains=sigma.gains,
+            inertia_relative=sigma.inertia_relative,
+            albedo=sigma.albedo,
+        ),
+    )
