@@ -16,7 +16,7 @@ from fitting.result import FitResult
 from fitting.solvers.multi_start import Progress, Starts, compile_solver, grow
 from fitting.solvers.schedule import FIRST_ARC_LIT, arc_schedule
 from fitting.starts import first_guesses
-from fitting.summary import summarize
+from fitting.summary import describe, summarize
 from jaxsat.errors import InputError
 from jaxsat.integrators import rk4_step_for
 
@@ -58,8 +58,13 @@ def fit(
     duration = max(float(np.ptp(observations.t)), 1.0)
     max_rate = np.radians(settings.max_rate_deg_s)
     step = min(settings.step_s, rk4_step_for(max_rate, duration, COARSE_TOLERANCE))
-    coarse = build_problem(observations, noise=noise, max_step=step)
     parameters = parametrization(nominal, settings.free, settings.prior)
+    coarse = build_problem(observations, noise=noise, max_step=step)
+    tabulated = time.perf_counter()
+    # The solver compiles on one core while the first guesses are traced on the other.
+    progress("compiling", 0, 1)
+    compile_solver(coarse, parameters)
+    describe.compile(coarse, parameters, np.zeros(len(parameters.free)), np.zeros((len(coarse.valid), 4)))
 
     bright = observations.currents.max(axis=1) > 3.0 * noise
     lit = bright & (np.asarray(coarse.light.illumination)[: len(bright)] > 0.5)
@@ -85,9 +90,6 @@ def fit(
     x = np.zeros((len(attitude), len(parameters.names)))
     x[:, 3:6] = np.asarray(rate) / RATE_UNIT
     starts = Starts(x, np.asarray(attitude), np.zeros(len(x)))
-    prepared = time.perf_counter()
-    progress("compiling", 0, 1)
-    compile_solver(coarse, parameters)
     compiled = time.perf_counter()
 
     schedule = arc_schedule(lit, len(observations.t) - 1, settings.free)
@@ -98,5 +100,5 @@ def fit(
     fine = build_problem(observations, noise=noise, max_step=step)
     refined = refine(fine, parameters, survivors, use, limiting=settings.limiting, progress=progress)
     result = summarize(observations.t, fine, parameters, refined)
-    timing = {"prepare": prepared - began, "compile": compiled - prepared, "solve": time.perf_counter() - compiled}
+    timing = {"prepare": tabulated - began, "compile": compiled - tabulated, "solve": time.perf_counter() - compiled}
     return dataclasses.replace(result, timing_s=timing)

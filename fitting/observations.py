@@ -3,16 +3,18 @@
 import dataclasses
 from dataclasses import dataclass
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
 from fitting.problem import PAD_SAMPLES, PAD_STEPS, Problem
+from fitting.stored import Stored
 from jaxsat.environment import (
     CylinderShadow,
     DiffuseAlbedo,
     InternalField,
     KeplerOrbit,
+    LightTable,
+    OrbitTable,
     SpecularAlbedo,
     tabulate_light,
     tabulate_orbit,
@@ -43,7 +45,6 @@ class Observations:
     """[time 3] unit vectors."""
 
 
-@eqx.filter_jit
 def _tabulate(orbit, field, greenwich, rate, radius, node_times, sample_times, sun_eci):
     light = tabulate_light(
         orbit,
@@ -56,8 +57,11 @@ def _tabulate(orbit, field, greenwich, rate, radius, node_times, sample_times, s
     return tabulate_orbit(orbit, node_times, field, greenwich, rate), light
 
 
-def build_problem(observations: Observations, *, noise: float, max_step: float) -> Problem:
-    """Tables and padded measurements for steps of at most `max_step` [s]; `noise` is one sigma [A]."""
+tabulate = Stored(_tabulate, lambda: (OrbitTable(0.0, 0.0), LightTable(*[0.0] * 6)))  # pyright: ignore
+
+
+def _layout(observations: Observations, max_step: float) -> tuple[StepGrid, tuple]:
+    """The padded grid and the arguments of `tabulate`."""
     t = observations.t
     # Steps are padded generously, so that the coarse and the fine grid of a session share one program.
     steps = len(StepGrid.through(t, start=t[0], max_step=FINEST_USUAL_STEP_S).step)
@@ -65,7 +69,7 @@ def build_problem(observations: Observations, *, noise: float, max_step: float) 
     grid = StepGrid.through(t, start=t[0], max_step=max_step, pad_samples=PAD_SAMPLES, pad_steps=pad_steps)
     extra = len(grid.sample_index) - len(t)
     sun = np.pad(observations.sun_eci, ((0, extra), (0, 0)), mode="edge")
-    orbit_table, light = _tabulate(
+    arguments = (
         observations.orbit,
         observations.field,
         jnp.asarray(observations.greenwich_angle),
@@ -75,12 +79,20 @@ def build_problem(observations: Observations, *, noise: float, max_step: float) 
         np.pad(t, (0, extra), mode="edge"),
         sun,
     )
+    return grid, arguments
+
+
+def build_problem(observations: Observations, *, noise: float, max_step: float) -> Problem:
+    """Tables and padded measurements for steps of at most `max_step` [s]; `noise` is one sigma [A]."""
+    grid, arguments = _layout(observations, max_step)
+    orbit_table, light = tabulate(*arguments)
+    extra = len(grid.sample_index) - len(observations.t)
     return Problem(
         grid=grid,
         orbit=orbit_table,
         light=light,
         measured=np.pad(observations.currents, ((0, extra), (0, 0))),
-        valid=np.arange(len(grid.sample_index)) < len(t),
+        valid=np.arange(len(grid.sample_index)) < len(observations.t),
         noise=np.asarray(noise),
     )
 

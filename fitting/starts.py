@@ -1,6 +1,5 @@
 """First guesses for the growing arcs: attitudes that put the Sun where the first lit currents say it is."""
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, PRNGKeyArray
@@ -8,7 +7,8 @@ from jaxtyping import Array, Float, Int, PRNGKeyArray
 from fitting.local.roll_search import search_roll
 from fitting.parameters import Parametrization, build_model
 from fitting.problem import Problem
-from jaxsat.math import quaternion, unit
+from fitting.stored import Stored
+from jaxsat.math import cross, quaternion, unit
 
 
 def sun_direction_body(currents: Float[Array, "6"]) -> Float[Array, "3"]:
@@ -25,8 +25,8 @@ def shortest_turn(a: Float[Array, "3"], b: Float[Array, "3"]) -> Float[Array, "4
     """Quaternion of the least rotation that carries unit vector `a` onto unit vector `b`."""
     opposite = a @ b < -1.0 + 1e-12
     # Half a turn about any axis across `a` where the two are opposite and the axis a x b vanishes.
-    across = jnp.cross(a, jnp.eye(3, dtype=a.dtype)[jnp.argmin(jnp.abs(a))])
-    q = jnp.concatenate([jnp.where(opposite, 0.0, 1.0 + a @ b)[None], jnp.where(opposite, across, jnp.cross(a, b))])
+    across = cross(a, jnp.eye(3, dtype=a.dtype)[jnp.argmin(jnp.abs(a))])
+    q = jnp.concatenate([jnp.where(opposite, 0.0, 1.0 + a @ b)[None], jnp.where(opposite, across, cross(a, b))])
     return quaternion.normalize(q)
 
 
@@ -49,8 +49,7 @@ def random_starts(
     return attitude, radius[:, None] * axis
 
 
-@eqx.filter_jit
-def first_guesses(
+def _first_guesses(
     problem: Problem,
     parameters: Parametrization,
     key: PRNGKeyArray,
@@ -83,3 +82,6 @@ def first_guesses(
     local_rate = turn.reshape(-1, 3) / (times[1] - times[0])
     local_attitude = jnp.repeat(found.quaternion[0], found.quaternion.shape[1], axis=0)
     return jnp.concatenate([local_attitude, attitude]), jnp.concatenate([local_rate, rate])
+
+
+first_guesses = Stored(_first_guesses, lambda: (0.0, 0.0))

@@ -3,11 +3,13 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
 from fitting.parameters import MAGNET, MODEL, STATE, TO_UNIT, UNITS, Parametrization, build_model
 from fitting.problem import RATE_UNIT, Problem
 from fitting.refine import CONVERGED_DECREMENT, Refined
 from fitting.result import AMBIGUOUS, CONVERGED, NOT_CONVERGED, FitResult, FittedParameter
+from fitting.stored import Stored
 from fitting.uncertainty import (
     attitude_covariance,
     correlations,
@@ -26,14 +28,20 @@ DIFFERENT_ATTITUDE_DEG = 3.0
 """Median distance between two motions that counts as another answer."""
 
 
-@jax.jit
-def _at_samples(problem: Problem, values, reference_field, q):
-    spacecraft, _ = build_model(values, reference_field)
+def _describe(
+    problem: Problem, parameters: Parametrization, x_model: Float[Array, " free"], q: Float[Array, "samples 4"]
+) -> tuple[Array, ...]:
+    """Values of the model and their derivatives by `x_model`; direct currents, field and its angle to x at samples."""
+    values = parameters.values(x_model)
+    spacecraft, _ = build_model(values, jnp.asarray(parameters.reference_field))
     direct = jax.vmap(lambda q, light: direct_currents(q, spacecraft.panels, light))(q, problem.light)
     field_eci = problem.orbit.b_field_eci[2 * jnp.asarray(problem.grid.sample_index)]
-    field_body = quaternion.rotate_inverse(q, field_eci)
+    field_body = jax.vmap(quaternion.rotate_inverse)(q, field_eci)
     x_axis = jnp.broadcast_to(jnp.array([1.0, 0.0, 0.0]), field_body.shape)
-    return direct, field_body, angle_between(x_axis, field_body)
+    return values, jax.jacfwd(parameters.values)(x_model), direct, field_body, angle_between(x_axis, field_body)
+
+
+describe = Stored(_describe, lambda: (0.0,) * 5)
 
 
 def summarize(t: np.ndarray, problem: Problem, parameters: Parametrization, refined: Refined) -> FitResult:
@@ -45,12 +53,8 @@ def summarize(t: np.ndarray, problem: Problem, parameters: Parametrization, refi
     noise = float(problem.noise)
     measured = np.asarray(problem.measured)
     modelled = measured + prediction.residual * noise
-    values = np.asarray(parameters.values(jnp.asarray(x[len(STATE) :])))
-    direct, field_body, field_angle = (
-        np.asarray(a)
-        for a in _at_samples(
-            problem, jnp.asarray(values), jnp.asarray(parameters.reference_field), jnp.asarray(prediction.quaternion)
-        )
+    values, values_jacobian, direct, field_body, field_angle = (
+        np.asarray(array) for array in describe(problem, parameters, x[len(STATE) :], prediction.quaternion)
     )
 
     lower, upper = parameters.bounds()
@@ -65,7 +69,7 @@ def summarize(t: np.ndarray, problem: Problem, parameters: Parametrization, refi
     dof = int(round(informative.sum() - np.sum(~at_bound) + held[~at_bound].sum()))
     ratio = chi2 / max(dof, 1)
 
-    all_names, physical = physical_covariance(parameters, x, cov)
+    all_names, physical = physical_covariance(values_jacobian, cov)
     inflation = max(1.0, ratio) if ratio > MAX_CHI2_PER_DOF else 1.0
     physical, cov_scaled = physical * inflation, cov * inflation
     rotation_covariance = attitude_covariance(prediction.rotation_jacobian, cov_scaled)

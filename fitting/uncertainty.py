@@ -1,10 +1,8 @@
 """1-sigma of parameters and attitude from the information matrix at a minimum (Cramer-Rao bound of the model)."""
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
-from fitting.parameters import MODEL, STATE, TO_UNIT, Parametrization
+from fitting.parameters import MODEL, STATE, TO_UNIT
 from fitting.problem import RATE_UNIT
 
 
@@ -27,15 +25,15 @@ def covariance(information: np.ndarray, free: np.ndarray) -> np.ndarray:
     return result
 
 
-def physical_covariance(parameters: Parametrization, x: np.ndarray, cov: np.ndarray) -> tuple[list[str], np.ndarray]:
+def physical_covariance(values_jacobian: np.ndarray, cov: np.ndarray) -> tuple[list[str], np.ndarray]:
     """Names (state, then all of `MODEL`) and covariance of their values in the units of the names.
 
-    Linear in the shifts from the minimum; where the gauge holds the magnet's modulus, its projection is in it.
+    `values_jacobian` [model free] is that of `Parametrization.values` at the minimum; where the gauge holds the
+    magnet's modulus, its projection is in it.
     """
-    jacobian = np.asarray(jax.jacfwd(parameters.values)(jnp.asarray(x[len(STATE) :])))
-    full = np.zeros((len(STATE) + len(MODEL), len(x)))
+    full = np.zeros((len(STATE) + len(MODEL), len(cov)))
     full[: len(STATE), : len(STATE)] = np.diag([1.0] * 3 + [RATE_UNIT] * 3)
-    full[len(STATE) :, len(STATE) :] = jacobian
+    full[len(STATE) :, len(STATE) :] = values_jacobian
     names = [*STATE, *MODEL]
     full *= np.array([TO_UNIT.get(name, 1.0) for name in names])[:, None]
     finite = np.isfinite(np.diagonal(cov))

@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxsat.math import inverse_3x3, quaternion
+from jaxsat.math import cross, inverse_3x3, quaternion
 from jaxsat.spacecraft import Spacecraft
 from jaxsat.torques import AbstractTorque, BodyEnvironment
 
@@ -50,6 +50,6 @@ def derivative(state: AttitudeState, point: OrbitPoint, body: RigidBody) -> Atti
     around = BodyEnvironment(point.position_eci @ dcm_inertial_from_body, point.b_field_eci @ dcm_inertial_from_body, w)
 
     torque = sum((t(body.spacecraft, around) for t in body.torques), start=jnp.zeros_like(w))
-    w_dot = body.inverse_inertia @ (torque - jnp.cross(w, J @ w))
-    q_dot = 0.5 * quaternion.multiply(q, jnp.concatenate([jnp.zeros_like(w[:1]), w]))
+    w_dot = body.inverse_inertia @ (torque - cross(w, J @ w))
+    q_dot = 0.5 * quaternion.times_vector(q, w)
     return AttitudeState(q_dot, w_dot)

@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int, PyTree
 
@@ -67,16 +68,23 @@ Derivative = Callable[[PyTree, PyTree], PyTree]
 
 
 def rk4_step(f: Derivative, y: PyTree, h: Float[Array, ""], start: PyTree, middle: PyTree, end: PyTree) -> PyTree:
-    """One step of the classical fourth-order method (Kutta 1901) with the environment at its three nodes."""
+    """One step of the classical fourth-order method (Kutta 1901) with the environment at its three nodes.
 
-    def advance(scale, slope):
-        return jax.tree.map(lambda a, b: a + scale * b, y, slope)
+    The four stages run in a loop, so that the right-hand side is traced and compiled once instead of four times.
+    """
+    points = jax.tree.map(lambda a, b, c: jnp.stack([a, b, b, c]), start, middle, end)
+    reach = h * jnp.array([0.0, 0.5, 0.5, 1.0], dtype=h.dtype)
+    weight = h * jnp.array([1.0, 2.0, 2.0, 1.0], dtype=h.dtype) / 6.0
 
-    k1 = f(y, start)
-    k2 = f(advance(0.5 * h, k1), middle)
-    k3 = f(advance(0.5 * h, k2), middle)
-    k4 = f(advance(h, k3), end)
-    return jax.tree.map(lambda a, s1, s2, s3, s4: a + h / 6.0 * (s1 + 2.0 * (s2 + s3) + s4), y, k1, k2, k3, k4)
+    def stage(carry, inputs):
+        slope, total = carry
+        point, reach, weight = inputs
+        slope = f(jax.tree.map(lambda a, k: a + reach * k, y, slope), point)
+        return (slope, jax.tree.map(lambda a, k: a + weight * k, total, slope)), None
+
+    zero = jax.tree.map(jnp.zeros_like, y)
+    (_, total), _ = jax.lax.scan(stage, (zero, y), (points, reach, weight))
+    return total
 
 
 def _per_step(table: PyTree) -> tuple[PyTree, PyTree, PyTree]:
@@ -86,7 +94,7 @@ def _per_step(table: PyTree) -> tuple[PyTree, PyTree, PyTree]:
 
 
 def _with_initial(initial: PyTree, states: PyTree) -> PyTree:
-    return jax.tree.map(lambda a, b: jax.numpy.concatenate([a[None], b]), initial, states)
+    return jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), initial, states)
 
 
 def integrate(step: Callable, initial: PyTree, table: PyTree, lengths: Float[Array, " steps"]) -> PyTree:
@@ -111,7 +119,7 @@ def integrate_blocks(
     One compiled program serves every arc length. Forward-mode derivatives only.
     """
     inputs = (lengths, *_per_step(table))
-    blank = jax.tree.map(lambda a: jax.numpy.broadcast_to(a, (lengths.shape[0], *a.shape)), initial)
+    blank = jax.tree.map(lambda a: jnp.broadcast_to(a, (lengths.shape[0], *a.shape)), initial)
 
     def advance(state, inputs):
         state = step(state, *inputs)

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxsat.constants import EARTH_MU
+from jaxsat.math import cross
 from jaxsat.spacecraft import Spacecraft
 
 
@@ -29,12 +30,12 @@ def gravity_gradient_torque(
     It turns the axis of least inertia toward the vertical.
     """
     r2 = position_body @ position_body
-    return 3.0 * mu / (r2 * r2 * jnp.sqrt(r2)) * jnp.cross(position_body, inertia @ position_body)
+    return 3.0 * mu / (r2 * r2 * jnp.sqrt(r2)) * cross(position_body, inertia @ position_body)
 
 
 def magnetic_torque(dipole: Float[Array, "3"], b_field_body: Float[Array, "3"]) -> Float[Array, "3"]:
     """m x B [N m]: it turns the dipole toward the field (Jackson 1999, eq. 5.71)."""
-    return jnp.cross(dipole, b_field_body)
+    return cross(dipole, b_field_body)
 
 
 class AbstractTorque(eqx.Module):

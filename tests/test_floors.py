@@ -32,7 +32,7 @@ TOP_LEVEL = {"pyproject.toml", "jaxsat", "fitting", "experiments", "tests", "REA
 
 
 def unit_of(module: str) -> str | None:
-    """The part of the house that a module belongs to: `jaxsat.math.safe` -> `jaxsat.math`; None for other libraries."""
+    """The part of the house that a module belongs to: `jaxsat.math.vector` -> `jaxsat.math`; None for other libraries."""
     parts = module.split(".")
     if parts[0] == "fitting":
         return "fitting"
@@ -97,7 +97,7 @@ def test_every_import_goes_down():
 @pytest.mark.parametrize(
     ("module", "source"),
     [
-        ("jaxsat.math.safe", "from jaxsat.time import Epoch"),
+        ("jaxsat.math.vector", "from jaxsat.time import Epoch"),
         ("jaxsat.torques", "import jaxsat.sensors.solar_panels"),
         ("jaxsat.environment.orbit", "def f():\n    from jaxsat.dynamics import step"),
         ("jaxsat.simulate", "from fitting import fit"),
@@ -105,8 +105,8 @@ def test_every_import_goes_down():
         ("jaxsat", "from jaxsat.cli.main import main as main"),
         ("fitting.fit", "from jaxsat.cli.settings import Config"),
         ("jaxsat.plotting.style", "from jaxsat.report.html import page"),
-        ("jaxsat.math.safe", "from ..time import Epoch"),
-        ("jaxsat.math.safe", "from .. import cli"),
+        ("jaxsat.math.vector", "from ..time import Epoch"),
+        ("jaxsat.math.vector", "from .. import cli"),
         ("jaxsat.newcomer", "import math"),
         ("jaxsat.sensors.noise", "from jaxsat.nowhere import x"),
     ],

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxsat.environment import LightTable
-from jaxsat.math import quaternion, unit
+from jaxsat.math import cross, quaternion, unit
 from jaxsat.sensors.solar_panels import Albedo, albedo_currents, direct_currents
 from jaxsat.spacecraft import SolarPanels
 
@@ -32,8 +32,8 @@ def field_aligned(b_field_eci: Float[Array, "3"], roll: Float[Array, ""], sign: 
     """Attitude with body x along `sign` times the field and turned by `roll` about it."""
     x = sign * unit(b_field_eci)
     # The reference for the roll is the inertial axis least along the field, so it is never parallel to it.
-    y = unit(jnp.cross(jnp.eye(3, dtype=x.dtype)[jnp.argmin(jnp.abs(x))], x))
-    z = jnp.cross(x, y)
+    y = unit(cross(jnp.eye(3, dtype=x.dtype)[jnp.argmin(jnp.abs(x))], x))
+    z = cross(x, y)
     base = quaternion.from_dcm(jnp.stack([x, y, z], axis=1))
     half = 0.5 * roll
     about_x = jnp.stack([jnp.cos(half), jnp.sin(half), jnp.zeros_like(half), jnp.zeros_like(half)])

@@ -7,10 +7,12 @@ robustness: all of these are traced. Starts run in chunks of fixed size (`CHUNK`
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from fitting.parameters import STATE, Parametrization
 from fitting.problem import Prediction, Problem, predict
+from fitting.stored import Stored
 from jaxsat.math import quaternion
 
 CHUNK = 4
@@ -26,13 +28,13 @@ FIRST_DAMPING, SHRINK, GROW = 1e-2, 0.2, 8.0
 class Settings(eqx.Module):
     """What changes from one stage of a fit to the next; all traced."""
 
-    blocks: Int[Array, ""]
+    blocks: Int[Array | np.ndarray, ""]
     """Blocks of integration steps that cover the arc."""
-    iterations: Int[Array, ""]
+    iterations: Int[Array | np.ndarray, ""]
     """Steps tried, accepted or not."""
-    robust_scale: Float[Array, ""]
+    robust_scale: Float[Array | np.ndarray, ""]
     """Residual, in sigmas, beyond which a current counts linearly; very large for plain least squares."""
-    active: Bool[Array, " unknowns"]
+    active: Bool[Array | np.ndarray, " unknowns"]
     """Unknowns that may move in this stage."""
 
 
@@ -135,10 +137,10 @@ def levenberg_marquardt(
     problem: Problem,
     parameters: Parametrization,
     settings: Settings,
+    bounds: tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]],
     x: Float[Array, " unknowns"],
     reference: Float[Array, "4"],
     sample_weight: Float[Array, " samples"],
-    bounds: tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]],
 ) -> Point:
     """Minimum of one start (Marquardt 1963; damping on the scaled diagonal, one evaluation a step)."""
     lower, upper = bounds
@@ -178,17 +180,19 @@ def levenberg_marquardt(
     return point
 
 
-@eqx.filter_jit
-def solve_chunk(
+def _solve_chunk(
     problem: Problem,
     parameters: Parametrization,
     settings: Settings,
+    bounds: tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]],
     x: Float[Array, "starts unknowns"],
     reference: Float[Array, "starts 4"],
     sample_weight: Float[Array, "starts samples"],
-    bounds: tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]],
 ) -> Point:
     """Minima of `CHUNK` starts; every leaf of the result has the starts in front."""
     return jax.vmap(
-        lambda x, reference, weight: levenberg_marquardt(problem, parameters, settings, x, reference, weight, bounds)
+        lambda x, reference, weight: levenberg_marquardt(problem, parameters, settings, bounds, x, reference, weight)
     )(x, reference, sample_weight)
+
+
+solve_chunk = Stored(_solve_chunk, lambda: Point(*[0.0] * 7, Prediction(*[0.0] * 4), 0.0))  # pyright: ignore

@@ -10,7 +10,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from fitting.parameters import Parametrization
@@ -69,33 +68,33 @@ def solve(
     inside = np.arange(sample_weight.shape[-1]) <= stage.last_sample
     weight = np.broadcast_to(sample_weight * inside, (count, len(inside)))
     order = np.concatenate([np.arange(count), np.zeros(-count % CHUNK, dtype=int)])
-    steps = int(np.asarray(problem.grid.sample_index)[stage.last_sample])
-    settings = Settings(
-        blocks=jnp.asarray(-(-steps // BLOCK)),
-        iterations=jnp.asarray(stage.iterations),
-        robust_scale=jnp.asarray(float(stage.robust_scale)),
-        active=jnp.asarray(stage.active),
-    )
-    bounds = tuple(jnp.asarray(side) for side in parameters.bounds())
+    common = (problem, parameters, _settings(problem, stage), parameters.bounds())
 
     def run(part):
-        return jax.device_get(
-            solve_chunk(problem, parameters, settings, x[part], reference[part], weight[part], bounds)
-        )
+        return jax.device_get(solve_chunk(*common, x[part], reference[part], weight[part]))
 
-    parts = np.split(order, len(order) // CHUNK)
     # XLA runs a program of this size on one core and releases the GIL: two threads use two cores.
     with ThreadPoolExecutor(2) as pool:
-        first = run(parts[0])
-        points = [first, *pool.map(run, parts[1:])]
+        points = list(pool.map(run, np.split(order, len(order) // CHUNK)))
     return jax.tree.map(lambda *leaves: np.concatenate(leaves)[:count], *points)
 
 
 def compile_solver(problem: Problem, parameters: Parametrization) -> None:
-    """Compiles the solver for a problem's shapes, or finds it compiled; a run of no iterations."""
-    unknowns = len(parameters.names)
-    stage = Stage(0, 1, -1, 1.0, np.zeros(unknowns, bool))
-    solve(problem, parameters, stage, np.zeros((1, unknowns)), np.array([[1.0, 0, 0, 0]]), np.zeros(len(problem.valid)))
+    """Starts the compilation of the solver for a problem's shapes in the background."""
+    unknowns, samples = len(parameters.names), len(problem.valid)
+    settings = _settings(problem, Stage(0, 1, 0, 1.0, np.zeros(unknowns, bool)))
+    shapes = ((CHUNK, unknowns), (CHUNK, 4), (CHUNK, samples))
+    solve_chunk.compile(problem, parameters, settings, parameters.bounds(), *(np.zeros(shape) for shape in shapes))
+
+
+def _settings(problem: Problem, stage: Stage) -> Settings:
+    steps = int(np.asarray(problem.grid.sample_index)[stage.last_sample])
+    return Settings(
+        blocks=np.asarray(-(-steps // BLOCK)),
+        iterations=np.asarray(stage.iterations),
+        robust_scale=np.asarray(float(stage.robust_scale)),
+        active=np.asarray(stage.active),
+    )
 
 
 def distinct(points: Starts, *, attitude: float, rate: float) -> np.ndarray:

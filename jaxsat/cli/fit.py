@@ -1,7 +1,9 @@
 """`jaxsat fit`: attitude and parameters from panel currents, for one session or many."""
 
 import dataclasses
+import importlib
 import sys
+import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -149,6 +151,9 @@ def fit_one(
         prepared = prepare_session(path, settings)
         check_usable(prepared.session)
         before = {"import": clock.imported, "prepare": time.perf_counter() - start}
+        if plots:
+            # Importing matplotlib costs half a second; the solver leaves one core to Python.
+            threading.Thread(target=importlib.import_module, args=("jaxsat.plotting",), daemon=True).start()
         with StageProgress(prepared.label) as progress:
             samples = observations(prepared.session, prepared.orbit_fit, settings)
             try:

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxsat.constants import EARTH_RADIUS_MEAN
-from jaxsat.math import unit
+from jaxsat.math import float_array, unit
 
 _GOLDEN = 0.6180339887498949
 
@@ -93,7 +93,7 @@ def _azimuth_fractions(rings: int, azimuths: int) -> np.ndarray:
 class DiffuseAlbedo(eqx.Module):
     """Lambert sphere of reflectivity one, seen as rings x azimuths directions."""
 
-    radius: Float[Array, ""] = eqx.field(converter=lambda x: jnp.asarray(x, float), default=EARTH_RADIUS_MEAN)
+    radius: Float[Array, ""] = eqx.field(converter=float_array, default=EARTH_RADIUS_MEAN)
     """Radius of the sphere [m]."""
     rings: int = eqx.field(static=True, default=10)
     """Rings from the nadir to the limb."""

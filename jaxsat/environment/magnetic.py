@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxsat.constants import EARTH_RADIUS_MEAN
+from jaxsat.math import float_array
 
 TESLA_PER_NANOTESLA = 1e-9
 
@@ -102,7 +103,7 @@ class InternalField(eqx.Module):
     """Cosine coefficients, Schmidt semi-normalised, [degree, order] [T]."""
     h: Float[Array, "n n"]
     """Sine coefficients [T]."""
-    radius: Float[Array, ""] = eqx.field(converter=lambda x: jnp.asarray(x, float), default=EARTH_RADIUS_MEAN)
+    radius: Float[Array, ""] = eqx.field(converter=float_array, default=EARTH_RADIUS_MEAN)
     """Reference radius of the coefficients [m]."""
 
     def __call__(self, position_ecef: Float[Array, "3"]) -> Float[Array, "3"]:

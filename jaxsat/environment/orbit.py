@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxsat.constants import EARTH_MU
+from jaxsat.math import float_array
 
 Real = int | float
 # Danby's fourth-order correction from his start value: the third leaves 1e-15 for e <= 0.95, one more is a margin.
@@ -53,26 +54,22 @@ def dcm_eci_from_perifocal(
     return jnp.stack([perigee, along, normal], axis=-1)
 
 
-def _float_array(x) -> Array:
-    return jnp.asarray(x, float)
-
-
 class KeplerOrbit(eqx.Module):
     """An unperturbed elliptic orbit about the Earth, equatorial inertial frame; calling it gives the state at `t`."""
 
-    semi_major_axis: Float[Array, ""] = eqx.field(converter=_float_array)
+    semi_major_axis: Float[Array, ""] = eqx.field(converter=float_array)
     """Semi-major axis [m]."""
-    eccentricity: Float[Array, ""] = eqx.field(converter=_float_array)
+    eccentricity: Float[Array, ""] = eqx.field(converter=float_array)
     """Eccentricity, 0 <= e <= 0.95."""
-    inclination: Float[Array, ""] = eqx.field(converter=_float_array)
+    inclination: Float[Array, ""] = eqx.field(converter=float_array)
     """Inclination to the equator [rad]."""
-    raan: Float[Array, ""] = eqx.field(converter=_float_array)
+    raan: Float[Array, ""] = eqx.field(converter=float_array)
     """Right ascension of the ascending node [rad]."""
-    argument_of_perigee: Float[Array, ""] = eqx.field(converter=_float_array)
+    argument_of_perigee: Float[Array, ""] = eqx.field(converter=float_array)
     """Argument of perigee [rad]."""
-    mean_anomaly: Float[Array, ""] = eqx.field(converter=_float_array)
+    mean_anomaly: Float[Array, ""] = eqx.field(converter=float_array)
     """Mean anomaly at t = 0 [rad]."""
-    mu: Float[Array, ""] = eqx.field(converter=_float_array, default=EARTH_MU)
+    mu: Float[Array, ""] = eqx.field(converter=float_array, default=EARTH_MU)
     """Gravitational parameter [m^3/s^2]."""
 
     @property
@@ -104,7 +101,7 @@ def elements_from_state(
     Where an angle is undefined it is zero: the node of an equatorial orbit, the perigee argument of a circular one;
     derivatives of the undefined angles are then zero too, not NaN.
     """
-    mu = _float_array(mu)
+    mu = float_array(mu)
     r = jnp.linalg.norm(position_eci)
     momentum = jnp.cross(position_eci, velocity_eci)
     a = 1.0 / (2.0 / r - jnp.sum(velocity_eci**2) / mu)

@@ -6,11 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxsat.constants import AU, EARTH_RADIUS_MEAN, SUN_RADIUS
-from jaxsat.math import safe_norm, unit
-
-
-def _float_array(x) -> Array:
-    return jnp.asarray(x, float)
+from jaxsat.math import float_array, safe_norm, unit
 
 
 def cylinder_illumination(
@@ -84,7 +80,7 @@ def _lens_shape(a, b, c):
 class CylinderShadow(eqx.Module):
     """Parallel sunlight and a sharp edge: illumination exactly 0 or 1."""
 
-    radius: Float[Array, ""] = eqx.field(converter=_float_array, default=EARTH_RADIUS_MEAN)
+    radius: Float[Array, ""] = eqx.field(converter=float_array, default=EARTH_RADIUS_MEAN)
     """Radius of the cylinder [m]."""
 
     def __call__(self, position_eci: Float[Array, "3"], sun_eci: Float[Array, "3"]) -> Float[Array, ""]:
@@ -95,11 +91,11 @@ class CylinderShadow(eqx.Module):
 class ConeShadow(eqx.Module):
     """A Sun of finite size: penumbra as the visible fraction of its disk, with a slope that a fit can follow."""
 
-    sun_distance: Float[Array, ""] = eqx.field(converter=_float_array, default=AU)
+    sun_distance: Float[Array, ""] = eqx.field(converter=float_array, default=AU)
     """Distance of the Sun from the Earth [m]; sets the width of the penumbra (+-1.7 % over the year)."""
-    radius: Float[Array, ""] = eqx.field(converter=_float_array, default=EARTH_RADIUS_MEAN)
+    radius: Float[Array, ""] = eqx.field(converter=float_array, default=EARTH_RADIUS_MEAN)
     """Radius of the Earth [m]."""
-    sun_radius: Float[Array, ""] = eqx.field(converter=_float_array, default=SUN_RADIUS)
+    sun_radius: Float[Array, ""] = eqx.field(converter=float_array, default=SUN_RADIUS)
     """Radius of the Sun [m]."""
 
     def __call__(self, position_eci: Float[Array, "3"], sun_eci: Float[Array, "3"]) -> Float[Array, ""]:

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxsat.constants import EARTH_RADIUS_MEAN
-from jaxsat.math import angle_between, unit
+from jaxsat.math import angle_between, float_array, unit
 
 # Newton on a function whose slope lies between 1 and 2 away from the surface: six steps reach 1e-16 for ratio > 1.01.
 _ITERATIONS = 7
@@ -74,7 +74,7 @@ def specular_albedo(
 class SpecularAlbedo(eqx.Module):
     """Perfect mirror sphere; the reflectivity is the panels' business, so that it can be fitted without the table."""
 
-    radius: Float[Array, ""] = eqx.field(converter=lambda x: jnp.asarray(x, float), default=EARTH_RADIUS_MEAN)
+    radius: Float[Array, ""] = eqx.field(converter=float_array, default=EARTH_RADIUS_MEAN)
     """Radius of the mirror [m]."""
 
     def __call__(

@@ -2,14 +2,14 @@
 
 `rotate(q, v_body)` is the inertial vector, `rotate_inverse(q, v_inertial)` the body vector, and products compose
 from right to left: `multiply(q_inertial_from_body, q_body_from_sensor)` is `q_inertial_from_sensor`.
-All functions act on the last axis and broadcast over leading ones. (Markley & Crassidis 2014, sec. 2.9, written
-here with the Hamilton product and the scalar in front.)
+Rotations take one quaternion and any number of vectors; the other functions act on the last axis, whatever leads.
+(Markley & Crassidis 2014, sec. 2.9, written here with the Hamilton product and the scalar in front.)
 """
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxsat.math.safe import safe_norm
+from jaxsat.math.vector import cross, safe_norm
 
 
 def multiply(p: Float[Array, "*batch 4"], q: Float[Array, "*batch 4"]) -> Float[Array, "*batch 4"]:
@@ -71,16 +71,22 @@ def from_dcm(dcm: Float[Array, "3 3"]) -> Float[Array, "4"]:
     return jnp.where(q[0] < 0.0, -q, q)
 
 
-def rotate(q: Float[Array, "*batch 4"], vector_body: Float[Array, "*batch 3"]) -> Float[Array, "*batch 3"]:
-    """Inertial components of a body vector."""
-    axis = q[..., 1:]
-    twice = 2.0 * jnp.cross(axis, vector_body)
-    return vector_body + q[..., :1] * twice + jnp.cross(axis, twice)
+def rotate(q: Float[Array, "4"], vector_body: Float[Array, "*batch 3"]) -> Float[Array, "*batch 3"]:
+    """Inertial components of body vectors, all turned by one unit quaternion."""
+    scalar, axis = q[0], jnp.broadcast_to(q[1:], vector_body.shape)
+    along = jnp.sum(axis * vector_body, axis=-1, keepdims=True)
+    # (s^2 - |v|^2) x + 2 v (v . x) + 2 s v x x, Markley & Crassidis 2014, eq. 2.125, with 1 = s^2 + |v|^2.
+    return (2.0 * scalar * scalar - 1.0) * vector_body + 2.0 * (along * axis + scalar * cross(axis, vector_body))
 
 
-def rotate_inverse(q: Float[Array, "*batch 4"], vector_inertial: Float[Array, "*batch 3"]) -> Float[Array, "*batch 3"]:
-    """Body components of an inertial vector."""
+def rotate_inverse(q: Float[Array, "4"], vector_inertial: Float[Array, "*batch 3"]) -> Float[Array, "*batch 3"]:
+    """Body components of inertial vectors."""
     return rotate(conjugate(q), vector_inertial)
+
+
+def times_vector(q: Float[Array, "4"], vector: Float[Array, "3"]) -> Float[Array, "4"]:
+    """Product q (0, v): twice the derivative of an attitude q turning at the body rate v."""
+    return jnp.concatenate([-(q[1:] @ vector)[None], q[0] * vector + cross(q[1:], vector)])
 
 
 def from_rotation_vector(rotation: Float[Array, "*batch 3"]) -> Float[Array, "*batch 4"]:

@@ -1,0 +1,105 @@
+"""Traced programs kept on disk beside XLA's compiled ones.
+
+XLA's own cache spares the compilation of a program that it has seen, but not the seconds that Python takes to trace
+it. Here the traced program is kept too (`jax.export`), under a name that holds everything it depends on: this
+package's sources, the versions, the platform, and the structure, shapes and static parts of the arguments.
+"""
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.export
+import numpy as np
+
+import fitting
+import jaxsat
+
+_compiler = ThreadPoolExecutor(2, thread_name_prefix="compile")
+
+
+class Stored:
+    """A function compiled for its arguments, whose traced program outlives the process.
+
+    It does as `equinox.filter_jit`, which stands in where no cache directory is set: arrays are traced, other leaves
+    are static. `like` returns any object with the structure of the result.
+    """
+
+    def __init__(self, function: Callable[..., Any], like: Callable[[], Any]):
+        self._function, self._like = function, like
+        self._plain = eqx.filter_jit(function)
+        self._programs: dict[str, Future] = {}
+
+    def __call__(self, *arguments: Any) -> Any:
+        """The function's result."""
+        directory = _directory()
+        if directory is None:
+            return self._plain(*arguments)
+        program, leaves = self._program(directory, arguments)
+        return jax.tree.unflatten(jax.tree.structure(self._like()), program.result()(*leaves))
+
+    def compile(self, *arguments: Any) -> None:
+        """Traces for such arguments now and compiles in the background; without a directory, does nothing."""
+        directory = _directory()
+        if directory is not None:
+            self._program(directory, arguments)
+
+    def _program(self, directory: Path, arguments: tuple) -> tuple[Future, list]:
+        dynamic, static = eqx.partition(arguments, lambda leaf: isinstance(leaf, jax.Array | np.ndarray))
+        leaves, structure = jax.tree.flatten(dynamic)
+        shapes = [(leaf.shape, str(leaf.dtype)) for leaf in leaves]
+        text = repr((self._function.__qualname__, _surroundings(), structure, jax.tree.leaves(static), shapes))
+        name = f"{self._function.__name__}-{hashlib.sha256(text.encode()).hexdigest()[:32]}"
+        if name not in self._programs:
+
+            def flat(*leaves):
+                result = self._function(*eqx.combine(jax.tree.unflatten(structure, leaves), static))
+                return jax.tree.leaves(result)
+
+            exported = _load(directory / f"{name}.stablehlo") or _trace(flat, leaves, directory / f"{name}.stablehlo")
+            # Tracing and lowering hold Python's lock and gain nothing from a second thread; XLA releases it.
+            self._programs[name] = _compiler.submit(jax.jit(exported.call).lower(*leaves).compile)
+        return self._programs[name], leaves
+
+
+def _directory() -> Path | None:
+    directory = jax.config.jax_compilation_cache_dir  # pyright: ignore[reportAttributeAccessIssue]
+    enabled = jax.config.jax_enable_compilation_cache  # pyright: ignore[reportAttributeAccessIssue]
+    return Path(directory) if directory and enabled else None
+
+
+def _load(path: Path) -> jax.export.Exported | None:
+    try:
+        return jax.export.deserialize(bytearray(path.read_bytes()))
+    except FileNotFoundError:
+        return None
+    except Exception:  # A damaged file, whatever it does to the reader, costs a second's work and no more.
+        return None
+
+
+def _trace(flat: Callable, leaves: list, path: Path) -> jax.export.Exported:
+    exported = jax.export.export(jax.jit(flat))(*leaves)
+    try:
+        with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
+            file.write(exported.serialize())
+        os.replace(file.name, path)
+    except OSError:
+        pass  # A full disk: the program is traced again next time.
+    return exported
+
+
+@cache
+def _surroundings() -> tuple[str, ...]:
+    """Digest of the sources, versions and platform."""
+    digest = hashlib.sha256()
+    for package in (jaxsat, fitting):
+        for source in sorted(Path(package.__file__ or "").parent.rglob("*.py")):
+            digest.update(source.read_bytes())
+    return digest.hexdigest(), jax.__version__, eqx.__version__, jax.default_backend(), str(jax.config.jax_enable_x64)
