@@ -59,7 +59,8 @@ def summarize(t: np.ndarray, problem: Problem, parameters: Parametrization, refi
 
     lower, upper = parameters.bounds()
     at_bound = ((x <= lower) & (best.gradient > 0)) | ((x >= upper) & (best.gradient < 0))
-    informative = ((modelled > 1e-9) | (measured > 0.0)) & (best.sample_weight > 0)[:, None]
+    # A panel that sees next to nothing reads an exact zero, which is no measurement of the noise.
+    informative = ((modelled > 0.25 * noise) | (measured > 0.0)) & (best.sample_weight > 0)[:, None]
     residual = np.where(informative, prediction.residual, 0.0)
     chi2 = float((residual**2).sum())
     # Unknowns that the prior holds take no degree of freedom from the data.

@@ -19,11 +19,11 @@ class AttitudeState(eqx.Module):
 
 
 class OrbitPoint(eqx.Module):
-    """One node of the tabulated orbit, inertial axes."""
+    """One node of the tabulated orbit, or all of them, inertial axes."""
 
-    position_eci: Float[Array, "3"]
+    position_eci: Float[Array, "*nodes 3"]
     """[m]"""
-    b_field_eci: Float[Array, "3"]
+    b_field_eci: Float[Array, "*nodes 3"]
     """[T]"""
 
 

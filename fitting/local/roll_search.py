@@ -18,13 +18,13 @@ from jaxsat.spacecraft import SolarPanels
 class RollFit(eqx.Module):
     """Best rolls of one sample, the best first."""
 
-    quaternion: Float[Array, "rolls 4"]
+    quaternion: Float[Array, "*rolls 4"]
     """inertial-from-body with x along the field (or against it)."""
-    rms: Float[Array, " rolls"]
+    rms: Float[Array, "*rolls"]
     """Of measured - modelled currents [A]."""
-    direct: Float[Array, " rolls"]
+    direct: Float[Array, "*rolls"]
     """Fitted factor of the direct current."""
-    albedo: Float[Array, " rolls"]
+    albedo: Float[Array, "*rolls"]
     """Fitted specular factor, in [0, max_albedo] of the direct one."""
 
 

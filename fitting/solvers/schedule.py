@@ -21,7 +21,7 @@ def arc_schedule(lit: np.ndarray, last: int, free: tuple[str, ...]) -> list[Stag
     state = np.isin(names, [*STATE, *ALBEDO])
     without_inertia = ~np.isin(names, INERTIA)
 
-    def stage(count: float, keep: int, iterations: int, active: np.ndarray) -> Stage:
+    def stage(count: int | float, keep: int, iterations: int, active: np.ndarray) -> Stage:
         whole = count * 1.2 >= len(position)
         sample = last if whole else int(position[int(round(count)) - 1])
         return Stage(sample, keep, iterations, ROBUST_SCALE, active)
