@@ -63,7 +63,7 @@ def fit(
     tabulated = time.perf_counter()
     # The solver compiles on one core while the first guesses are traced on the other.
     progress("compiling", 0, 1)
-    compile_solver(coarse, parameters)
+    compilation = compile_solver(coarse, parameters)
     describe.compile(coarse, parameters, np.zeros(len(parameters.free)), np.zeros((len(coarse.valid), 4)))
 
     bright = observations.currents.max(axis=1) > 3.0 * noise
@@ -90,6 +90,8 @@ def fit(
     x = np.zeros((len(attitude), len(parameters.names)))
     x[:, 3:6] = np.asarray(rate) / RATE_UNIT
     starts = Starts(x, np.asarray(attitude), np.zeros(len(x)))
+    if compilation is not None:
+        compilation.result()
     compiled = time.perf_counter()
 
     schedule = arc_schedule(lit, len(observations.t) - 1, settings.free)

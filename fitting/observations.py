@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.problem import PAD_SAMPLES, PAD_STEPS, Problem
-from fitting.stored import Stored
+from fitting.stored import Stored, hollow
 from jaxsat.environment import (
     CylinderShadow,
     DiffuseAlbedo,
@@ -57,7 +57,7 @@ def _tabulate(orbit, field, greenwich, rate, radius, node_times, sample_times, s
     return tabulate_orbit(orbit, node_times, field, greenwich, rate), light
 
 
-tabulate = Stored(_tabulate, lambda: (OrbitTable(0.0, 0.0), LightTable(*[0.0] * 6)))  # pyright: ignore
+tabulate = Stored(_tabulate, lambda: (hollow(OrbitTable), hollow(LightTable)))
 
 
 def _layout(observations: Observations, max_step: float) -> tuple[StepGrid, tuple]:

@@ -141,6 +141,11 @@ class Parametrization(eqx.Module):
         """Whether the common scale of inertia, magnet and rods is fixed by the magnet's modulus."""
         return bool(set(self.free) & set(MAGNET)) and bool(set(self.free) & set(INERTIA))
 
+    @property
+    def gains_gauged(self) -> bool:
+        """Whether the common scale of the gains and the maximum current is fixed by the mean gain."""
+        return "imax" in self.free and set(GAINS) <= set(self.free)
+
     def indices(self) -> np.ndarray:
         """Positions of the free parameters in `MODEL`."""
         return np.array([MODEL.index(name) for name in self.free], dtype=int)
@@ -155,6 +160,8 @@ class Parametrization(eqx.Module):
             # (inertia, magnet, rods) -> c (inertia, magnet, rods) leaves the motion as it is: hold |magnet|.
             modulus = jnp.sqrt(jnp.sum(jnp.asarray(self.nominal)[:3] ** 2))
             full = full.at[:3].multiply(modulus / jnp.sqrt(jnp.sum(full[:3] ** 2)))
+        if self.gains_gauged:
+            full = full.at[12:18].multiply(jnp.mean(jnp.asarray(self.nominal)[12:18]) / jnp.mean(full[12:18]))
         return full
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:

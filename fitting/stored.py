@@ -5,6 +5,7 @@ it. Here the traced program is kept too (`jax.export`), under a name that holds 
 package's sources, the versions, the platform, and the structure, shapes and static parts of the arguments.
 """
 
+import dataclasses
 import hashlib
 import os
 import tempfile
@@ -45,11 +46,10 @@ class Stored:
         program, leaves = self._program(directory, arguments)
         return jax.tree.unflatten(jax.tree.structure(self._like()), program.result()(*leaves))
 
-    def compile(self, *arguments: Any) -> None:
+    def compile(self, *arguments: Any) -> Future | None:
         """Traces for such arguments now and compiles in the background; without a directory, does nothing."""
         directory = _directory()
-        if directory is not None:
-            self._program(directory, arguments)
+        return None if directory is None else self._program(directory, arguments)[0]
 
     def _program(self, directory: Path, arguments: tuple) -> tuple[Future, list]:
         dynamic, static = eqx.partition(arguments, lambda leaf: isinstance(leaf, jax.Array | np.ndarray))
@@ -67,6 +67,14 @@ class Stored:
             # Tracing and lowering hold Python's lock and gain nothing from a second thread; XLA releases it.
             self._programs[name] = _compiler.submit(jax.jit(exported.call).lower(*leaves).compile)
         return self._programs[name], leaves
+
+
+def hollow(module: type, **children: Any) -> Any:
+    """An `equinox.Module` of a structure without its contents: `children` where they are modules, else a leaf."""
+    instance = object.__new__(module)
+    for field in dataclasses.fields(module):
+        object.__setattr__(instance, field.name, children.get(field.name, 0.0))
+    return instance
 
 
 def _directory() -> Path | None:

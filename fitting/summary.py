@@ -82,10 +82,12 @@ def summarize(t: np.ndarray, problem: Problem, parameters: Parametrization, refi
         # Along the gauge the prior holds nothing but a number without meaning.
         if share > 0.5 and name not in notes and not (parameters.gauged and name in MAGNET)
     }
-    gauge = None
+    gauges = []
     if parameters.gauged:
         modulus = float(np.linalg.norm(values[:3]))
-        gauge = f"common scale of inertia, magnet and rods fixed by |magnet| = {modulus:.6g} A m2"
+        gauges.append(f"common scale of inertia, magnet and rods fixed by |magnet| = {modulus:.6g} A m2")
+    if parameters.gains_gauged:
+        gauges.append(f"common scale of gains and imax fixed by the mean gain = {values[12:18].mean():.6g}")
 
     table = []
     for name, value in zip(MODEL, values, strict=True):
@@ -113,7 +115,7 @@ def summarize(t: np.ndarray, problem: Problem, parameters: Parametrization, refi
         dof=dof,
         residual_rms_mA=rms,
         parameters=tuple(table),
-        gauge=gauge,
+        gauge="; ".join(gauges) or None,
         correlations=correlations(all_names, physical, set(names)),
         t_s=t,
         quaternion_inertial_from_body=prediction.quaternion[:n],

@@ -12,7 +12,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from fitting.parameters import STATE, Parametrization
 from fitting.problem import Prediction, Problem, predict
-from fitting.stored import Stored
+from fitting.stored import Stored, hollow
 from jaxsat.math import quaternion
 
 CHUNK = 4
@@ -195,4 +195,4 @@ def _solve_chunk(
     )(x, reference, sample_weight)
 
 
-solve_chunk = Stored(_solve_chunk, lambda: Point(*[0.0] * 7, Prediction(*[0.0] * 4), 0.0))  # pyright: ignore
+solve_chunk = Stored(_solve_chunk, lambda: hollow(Point, prediction=hollow(Prediction)))

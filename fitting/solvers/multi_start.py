@@ -6,7 +6,7 @@ the spread of the survivors' rates and short enough that they stay inside the ba
 """
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 
 import jax
@@ -79,12 +79,14 @@ def solve(
     return jax.tree.map(lambda *leaves: np.concatenate(leaves)[:count], *points)
 
 
-def compile_solver(problem: Problem, parameters: Parametrization) -> None:
-    """Starts the compilation of the solver for a problem's shapes in the background."""
+def compile_solver(problem: Problem, parameters: Parametrization) -> Future | None:
+    """Starts the compilation of the solver for a problem's shapes in the background, see `Stored.compile`."""
     unknowns, samples = len(parameters.names), len(problem.valid)
     settings = _settings(problem, Stage(0, 1, 0, 1.0, np.zeros(unknowns, bool)))
     shapes = ((CHUNK, unknowns), (CHUNK, 4), (CHUNK, samples))
-    solve_chunk.compile(problem, parameters, settings, parameters.bounds(), *(np.zeros(shape) for shape in shapes))
+    return solve_chunk.compile(
+        problem, parameters, settings, parameters.bounds(), *(np.zeros(shape) for shape in shapes)
+    )
 
 
 def _settings(problem: Problem, stage: Stage) -> Settings:

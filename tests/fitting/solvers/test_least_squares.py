@@ -1,0 +1,195 @@
+"""The robust loss in closed form, the bounded step against NumPy, and the solver on a real session."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from fitting.observations import build_problem
+from fitting.parameters import parametrization
+from fitting.problem import RATE_UNIT, Prediction
+from fitting.solvers.least_squares import (
+    Point,
+    Settings,
+    robust_cost,
+    robust_weight,
+    solve_bounded,
+)
+from fitting.solvers.multi_start import Stage, solve
+from jaxsat.cli.config import load_config
+from jaxsat.cli.inputs import fit_settings, nominal, observations
+from jaxsat.cli.session import prepare_session
+
+SESSION = Path(__file__).parents[3] / "jaxsat" / "data" / "munin" / "a-nominal-exact.RAW_SUN"
+PLAIN = 1e4
+
+
+def test_weight_is_the_derivative_of_the_cost():
+    residual = jnp.asarray(np.random.default_rng(0).normal(size=(50, 6)) * 10.0 ** np.linspace(-4, 4, 50)[:, None])
+    for scale in (0.5, 3.0, 1e4):
+        c = jnp.asarray(scale)
+        slope = jax.grad(lambda r, c=c: jnp.sum(robust_cost(r, c)))(residual)
+        np.testing.assert_allclose(slope, 2.0 * robust_weight(residual, c) * residual, rtol=1e-12)
+
+
+def test_robust_cost_is_pseudo_huber():
+    r = np.array([[-30.0, -3.0, 0.0, 0.3, 3.0, 300.0]])
+    c = 3.0
+    expected = 2.0 * c**2 * (np.sqrt(1.0 + (r / c) ** 2) - 1.0)
+    np.testing.assert_allclose(robust_cost(jnp.asarray(r), jnp.asarray(c)), expected, rtol=1e-13)
+    np.testing.assert_allclose(robust_cost(jnp.asarray(1e-8 * r), jnp.asarray(c)), 1e-16 * r**2, rtol=1e-10)
+    # Without robustness no digit is lost: plain squares to (r/c)^2 / 4.
+    np.testing.assert_allclose(robust_cost(jnp.asarray(r), jnp.asarray(1e9)), r**2, rtol=1e-12)
+    assert np.all(np.asarray(robust_weight(jnp.asarray(r), jnp.asarray(1e9))) > 1.0 - 1e-12)
+
+
+def point(hessian, gradient, x, damping=0.0):
+    """A start with a quadratic model; everything that a step does not look at is zero."""
+    prediction = Prediction(jnp.zeros((2, 6)), jnp.zeros((2, 4)), jnp.zeros((2, 3)), jnp.zeros((2, 3, len(x))))
+    identity = jnp.array([1.0, 0.0, 0.0, 0.0])
+    model = (jnp.asarray(1.0), jnp.asarray(gradient), jnp.asarray(hessian), jnp.asarray(damping))
+    return Point(jnp.asarray(x), identity, jnp.ones(2), *model, prediction, jnp.asarray(jnp.inf))
+
+
+def step_of(start, lower, upper, active=(True,) * 6):
+    settings = Settings(jnp.asarray(0), jnp.asarray(1), jnp.asarray(PLAIN), jnp.asarray(active))
+    step, decrement = solve_bounded(start, jnp.asarray(lower), jnp.asarray(upper), settings)
+    return np.asarray(step), float(decrement)
+
+
+@pytest.fixture(scope="module")
+def quadratic():
+    """Hessian and gradient whose unknowns differ by five orders in curvature."""
+    rng = np.random.default_rng(4)
+    scale = np.array([1.0, 1e3, 1e-2, 1.0, 10.0, 0.1])
+    root = rng.normal(size=(20, 6)) * scale
+    return root.T @ root, rng.normal(size=6) * scale
+
+
+NOWHERE = (np.full(6, -np.inf), np.full(6, np.inf))
+
+
+def test_undamped_step_is_newtons(quadratic):
+    hessian, gradient = quadratic
+    expected = -np.linalg.solve(hessian, gradient)
+    step, decrement = step_of(point(hessian, gradient, np.zeros(6)), *NOWHERE)
+    np.testing.assert_allclose(step, expected, rtol=1e-9)
+    assert decrement == pytest.approx(-0.5 * gradient @ expected, rel=1e-9)
+
+
+def test_damping_turns_the_step_towards_the_scaled_gradient(quadratic):
+    hessian, gradient = quadratic
+    damping = 1e6
+    step, _ = step_of(point(hessian, gradient, np.zeros(6), damping), *NOWHERE)
+    np.testing.assert_allclose(step, -gradient / (damping * np.diagonal(hessian)), rtol=1e-4)
+
+
+def test_inactive_and_pressed_unknowns_stay(quadratic):
+    hessian, gradient = quadratic
+    lower, upper = (bound.copy() for bound in NOWHERE)
+    # 0 pressed from below, 1 from above, 2 on a bound that it leaves, 3 inactive.
+    lower[0], upper[1] = 0.0, 0.0
+    gradient = np.array([1.0, -1e3, gradient[2], gradient[3], gradient[4], gradient[5]])
+    if gradient[2] < 0:
+        lower[2] = 0.0
+    else:
+        upper[2] = 0.0
+    step, _ = step_of(point(hessian, gradient, np.zeros(6)), lower, upper, (True, True, True, False, True, True))
+    assert step[0] == step[1] == step[3] == 0.0 and not np.signbit(step[0])
+    free = [2, 4, 5]
+    expected = -np.linalg.solve(hessian[np.ix_(free, free)], gradient[free])
+    np.testing.assert_allclose(step[free], np.clip(expected, lower[free], upper[free]), rtol=1e-9)
+
+
+def test_step_ends_at_the_bound():
+    step, _ = step_of(point(np.eye(6), np.full(6, -3.0), np.zeros(6)), np.full(6, -1.0), np.full(6, 0.5))
+    np.testing.assert_array_equal(step, np.full(6, 0.5))
+
+
+class Session:
+    """The exact session with the state free, and its true attitude and rate as a start."""
+
+    def __init__(self):
+        config = load_config(None, {"fit.free": "state"})
+        prepared = prepare_session(SESSION, config)
+        data = observations(prepared.session, prepared.orbit_fit, config)
+        self.problem = build_problem(data, noise=2e-3, max_step=16.0)
+        self.parameters = parametrization(nominal(config), (), fit_settings(config).prior)
+        true = json.loads(SESSION.with_suffix(".truth.json").read_text())
+        self.q = np.array(true["q"])
+        self.x = np.concatenate([np.zeros(3), np.array(true["w"][0]) / RATE_UNIT])[None]
+        bright = data.currents.max(axis=1) > 6e-3
+        sunlit = np.asarray(self.problem.light.illumination)[: len(bright)] > 0.5
+        self.weight = np.asarray(self.problem.valid).astype(float)
+        self.weight[: len(bright)][bright != sunlit] = 0.0
+
+    def solve(self, x=None, q=None, problem=None, **changes):
+        stage = Stage(len(self.q) - 1, 1, 20, PLAIN, np.ones(6, bool))
+        x = self.x if x is None else x
+        q = self.q[:1] if q is None else q
+        return solve(problem or self.problem, self.parameters, dataclasses.replace(stage, **changes), x, q, self.weight)
+
+
+@pytest.fixture(scope="module")
+def session():
+    return Session()
+
+
+def error_deg(session, points, k=0):
+    overlap = np.abs(np.sum(points.prediction.quaternion[k, : len(session.q)] * session.q, axis=1))
+    return np.degrees(2.0 * np.arccos(np.minimum(overlap, 1.0)))
+
+
+def test_solver_reaches_the_minimum_beside_the_truth(session):
+    # 2 deg and 5e-5 rad/s off: several times the width of the linear range over 4480 s.
+    x = session.x + np.array([0.03, -0.02, 0.01, 3e-3, -2e-3, 1e-3])
+    points = session.solve(np.concatenate([session.x, x]), session.q[[0, 0]])
+    for k in range(2):
+        # Gradient in sigmas: what is left to gain is below 1e-6 of a unit of chi2.
+        gradient, hessian = points.gradient[k], points.hessian[k]
+        assert gradient @ np.linalg.solve(hessian, gradient) < 1e-6
+        assert np.sqrt(np.mean(error_deg(session, points, k) ** 2)) < 0.3
+        assert not np.any(points.x[k, :3])
+    np.testing.assert_allclose(points.x[0], points.x[1], atol=1e-6)
+    assert abs(points.reference[0] @ points.reference[1]) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_inactive_unknowns_do_not_move(session):
+    x = session.x + 1e-3
+    points = session.solve(x, active=np.array([True] * 3 + [False, True, False]))
+    np.testing.assert_array_equal(points.x[0, [3, 5]], x[0, [3, 5]])
+    assert points.x[0, 4] != x[0, 4] and np.any(points.reference[0] != session.q[0])
+
+
+def test_no_iteration_leaves_the_start_where_it_is(session):
+    points = session.solve(iterations=0)
+    np.testing.assert_array_equal(points.x, session.x)
+    np.testing.assert_allclose(points.reference, session.q[:1], atol=1e-15)
+    # Integration error over the session at steps of 16 s; the orbit is fitted to positions rounded to a metre.
+    assert error_deg(session, points).max() < 0.3
+
+
+def test_samples_after_the_arc_are_not_looked_at(session):
+    measured = np.array(session.problem.measured)
+    measured[20:] = 0.123
+    other = eqx.tree_at(lambda p: p.measured, session.problem, measured)
+    points, changed = session.solve(last_sample=19), session.solve(last_sample=19, problem=other)
+    for name in ("x", "reference", "cost", "hessian"):
+        np.testing.assert_array_equal(getattr(points, name), getattr(changed, name))
+    assert points.cost[0] != session.solve(last_sample=20).cost[0]
+
+
+def test_number_of_starts_does_not_change_a_start(session):
+    """Chunks of fixed size padded with copies: seven starts give what each gives alone, in their order."""
+    shift = np.linspace(-1e-3, 1e-3, 7)[:, None] * np.array([0, 0, 0, 1.0, 1.0, 1.0])
+    x, q = session.x + shift, np.repeat(session.q[:1], 7, axis=0)
+    together = session.solve(x, q, last_sample=15, iterations=2)
+    assert together.x.shape == (7, 6)
+    alone = session.solve(x[5:6], q[5:6], last_sample=15, iterations=2)
+    np.testing.assert_array_equal(together.x[5], alone.x[0])
+    np.testing.assert_array_equal(together.cost[5], alone.cost[0])
