@@ -223,7 +223,7 @@ def table(runs: list[dict]) -> str:
     """Markdown: one line a fit."""
     lines = [
         "| session | free | status | attitude RMS, deg | field angle max, deg | worst error / bound "
-        "| sigma / bound | s |",
+        "| sigma / bound | time, s |",
         "|---|---|---|---|---|---|---|---|",
     ]
     for r in runs:

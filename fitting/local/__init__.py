@@ -1,0 +1,1 @@
+"""Attitude from single samples."""

@@ -1,0 +1,1 @@
+"""The `jaxsat` command: the roof of the house, above `fitting`."""
