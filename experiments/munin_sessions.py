@@ -230,7 +230,7 @@ def table(runs: list[dict]) -> str:
         bounded = {k: v for k, v in r["parameters"].items() if v["bound"]}
         shown = bounded or r["parameters"]
         errors = {name: abs(v["error_over_bound"]) for name, v in shown.items() if np.isfinite(v["error_over_bound"])}
-        worst = max(errors, key=errors.get) if errors else None
+        worst = max(errors, key=lambda name: errors[name]) if errors else None
         sigmas = [v["sigma_over_bound"] for v in bounded.values() if v["sigma_over_bound"]]
         sigmas += r["attitude_sigma_over_bound"] or []
         lines.append(

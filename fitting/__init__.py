@@ -1,1 +1,1 @@
-"""Identification of attitude and satellite parameters: start from `fitting.fit.fit` and `fitting.orbit_fit.fit_orbit`."""
+"""Identification: attitude and satellite parameters by `fitting.fit.fit`, orbits by `fitting.orbit_fit.fit_orbit`."""

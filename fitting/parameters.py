@@ -186,7 +186,7 @@ def parametrization(nominal: Nominal, free: tuple[str, ...], prior: PriorSigma) 
     }
     lower = dict.fromkeys(RODS + ALBEDO, 0.0) | dict.fromkeys(GAINS, 0.05) | {"imax": 0.05 * nominal.max_current}
     lower |= dict.fromkeys(INERTIA[:3], 0.05 * mean_inertia)
-    upper = dict.fromkeys(ALBEDO, 1.5)
+    upper: dict[str, float] = dict.fromkeys(ALBEDO, 1.5)
     return Parametrization(
         nominal=nominal.vector(),
         scale=np.array([sigma[name] for name in MODEL]),

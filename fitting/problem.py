@@ -54,7 +54,7 @@ def predict(
     parameters: Parametrization,
     x: Float[Array, " unknowns"],
     reference: Float[Array, "4"],
-    blocks: Int[Array, ""],
+    blocks: Int[Array | np.ndarray, ""],
 ) -> tuple[Prediction, Float[Array, "samples 6 unknowns"]]:
     """Residuals of one start about the attitude `reference` at the grid's start, and their exact Jacobian.
 

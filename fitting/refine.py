@@ -17,7 +17,7 @@ Noise alone exceeds it once in 25 000 samples (chi-square, 6 degrees of freedom)
 exceeds it by far, for the brightest panel of a box never carries less than 58 % of its maximum current.
 """
 MAX_LEFT_OUT = 0.35
-"""Largest share of lit samples that may be left out; beyond it the model is wrong, not the samples."""
+"""Largest share of bright samples that may be left out; beyond it the model is wrong, not the samples."""
 ROBUST_SCALE, PLAIN = 3.0, 1e4
 MAX_MINIMA = 8
 """Minima compared on the whole arc."""
@@ -35,8 +35,8 @@ class Refined:
     """[minima] half the truncated sum of squares, comparable between minima that left out different samples."""
     limited: np.ndarray
     """[minima samples] left out as inexplicable."""
-    robust: np.ndarray
-    """[minima] True where nothing was left out because too much would have been: large residuals count linearly."""
+    hopeless: np.ndarray
+    """[minima] True where more samples than `MAX_LEFT_OUT` were inexplicable; then none was left out."""
 
 
 def candidates(cost: np.ndarray) -> np.ndarray:
@@ -70,22 +70,23 @@ def refine(
     weight = np.broadcast_to(sample_weight, (count, len(sample_weight)))
     points = solve(problem, parameters, stage(12, ROBUST_SCALE), chosen.x, chosen.reference, weight)
     limited = np.zeros(weight.shape, bool)
-    robust = np.zeros(count, bool)
+    hopeless = np.zeros(count, bool)
+    bright = (sample_weight > 0) & (np.asarray(problem.measured).max(axis=1) > 0)
     for number in range(1, rounds):
         progress("refining", number, rounds)
         if limiting:
             limited = (_sample_squares(points) > SAMPLE_LIMIT) & (weight > 0)
-            robust = limited.sum(axis=1) > MAX_LEFT_OUT * sample_weight.sum()
-            limited &= ~robust[:, None]
-        points = solve(
-            problem, parameters, stage(15, PLAIN), points.x, points.reference, np.where(limited, 0.0, weight)
-        )
+            hopeless = limited.sum(axis=1) > MAX_LEFT_OUT * bright.sum()
+            limited &= ~hopeless[:, None]
+        x, reference = np.asarray(points.x), np.asarray(points.reference)
+        points = solve(problem, parameters, stage(15, PLAIN), x, reference, np.where(limited, 0.0, weight))
+    x, reference = np.asarray(points.x), np.asarray(points.reference)
     score = 0.5 * (np.minimum(_sample_squares(points), SAMPLE_LIMIT) * weight).sum(axis=1)
-    score = score + 0.5 * (points.x[:, 6:] ** 2).sum(axis=1)
-    order = distinct(Starts(points.x, points.reference, score), attitude=0.02, rate=2e-3)
+    score = score + 0.5 * (x[:, 6:] ** 2).sum(axis=1)
+    order = distinct(Starts(x, reference, score), attitude=0.02, rate=2e-3)
     progress("refining", rounds, rounds)
-    return Refined(jax.tree.map(lambda leaf: leaf[order], points), score[order], limited[order], robust[order])
+    return Refined(jax.tree.map(lambda leaf: leaf[order], points), score[order], limited[order], hopeless[order])
 
 
 def _sample_squares(points: Point) -> np.ndarray:
-    return (points.prediction.residual**2).sum(axis=-1)
+    return (np.asarray(points.prediction.residual) ** 2).sum(axis=-1)

@@ -8,10 +8,10 @@ package's sources, the versions, the platform, and the structure, shapes and sta
 import dataclasses
 import hashlib
 import os
-import tempfile
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cache
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +19,6 @@ import equinox as eqx
 import jax
 import jax.export
 import numpy as np
-
-import fitting
-import jaxsat
 
 _compiler = ThreadPoolExecutor(2, thread_name_prefix="compile")
 
@@ -94,12 +91,12 @@ def _load(path: Path) -> jax.export.Exported | None:
 
 def _trace(flat: Callable, leaves: list, path: Path) -> jax.export.Exported:
     exported = jax.export.export(jax.jit(flat))(*leaves)
+    unfinished = path.with_suffix(f".{os.getpid()}")
     try:
-        with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
-            file.write(exported.serialize())
-        os.replace(file.name, path)
-    except OSError:
-        pass  # A full disk: the program is traced again next time.
+        unfinished.write_bytes(exported.serialize())
+        unfinished.replace(path)
+    except OSError:  # A full disk: the program is traced again next time.
+        unfinished.unlink(missing_ok=True)
     return exported
 
 
@@ -107,7 +104,13 @@ def _trace(flat: Callable, leaves: list, path: Path) -> jax.export.Exported:
 def _surroundings() -> tuple[str, ...]:
     """Digest of the sources, versions and platform."""
     digest = hashlib.sha256()
-    for package in (jaxsat, fitting):
-        for source in sorted(Path(package.__file__ or "").parent.rglob("*.py")):
+    for package in ("jaxsat", "fitting"):
+        for source in sorted(Path(str(files(package))).rglob("*.py")):
             digest.update(source.read_bytes())
-    return digest.hexdigest(), jax.__version__, eqx.__version__, jax.default_backend(), str(jax.config.jax_enable_x64)
+    return (
+        digest.hexdigest(),
+        jax.__version__,
+        eqx.__version__,
+        jax.default_backend(),
+        str(jax.dtypes.canonicalize_dtype(float)),
+    )

@@ -166,7 +166,7 @@ def _verdict(best, ratio, refined, equals, values, notes) -> tuple[str, str]:
         remarks.append("the inertia tensor is not one of a rigid body (triangle inequality)")
     if not np.isfinite(best.cost) or best.decrement > CONVERGED_DECREMENT:
         status, verdict = NOT_CONVERGED, f"the solver stopped short of the minimum (decrement {best.decrement:.2g})"
-    elif refined.robust[0] or ratio > MAX_CHI2_PER_DOF:
+    elif refined.hopeless[0] or ratio > MAX_CHI2_PER_DOF:
         status = NOT_CONVERGED
         verdict = (
             f"the best minimum found does not explain the data: residuals are {np.sqrt(ratio):.1f} times the noise; "

@@ -34,8 +34,10 @@ class StepGrid(eqx.Module):
 
         The numbers of samples and of steps are padded to multiples of `pad_samples` and `pad_steps`, so that files of
         like shape share one compiled program. Raises ValueError where the times are not monotonic or leave `start`
-        on both sides.
+        on both sides, and where `max_step` is not positive.
         """
+        if not max_step > 0:
+            raise ValueError(f"StepGrid.through: max_step must be positive, got {max_step}")
         times = np.asarray(times, dtype=float)
         gaps = np.diff(np.concatenate([[start], times]))
         if not (np.all(gaps >= 0) or np.all(gaps <= 0)):
@@ -112,7 +114,7 @@ def integrate(step: Callable, initial: PyTree, table: PyTree, lengths: Float[Arr
 
 
 def integrate_blocks(
-    step: Callable, initial: PyTree, table: PyTree, lengths: Float[Array, " steps"], blocks: Int[Array, ""]
+    step: Callable, initial: PyTree, table: PyTree, lengths: Float[Array, " steps"], blocks: Int[Array | np.ndarray, ""]
 ) -> PyTree:
     """Like `integrate`, but stops after `blocks` traced blocks of `BLOCK` steps; later states repeat the initial one.
 

@@ -3,6 +3,7 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float, Int
 
 from jaxsat.dynamics import AttitudeState, OrbitPoint, RigidBody, derivative, rigid_body
@@ -29,7 +30,7 @@ def simulate(
     grid: StepGrid,
     *,
     torques: tuple[AbstractTorque, ...] = MUNIN_TORQUES,
-    blocks: Int[Array, ""] | None = None,
+    blocks: Int[Array | np.ndarray, ""] | None = None,
 ) -> Trajectory:
     """Motion from `initial` at the grid's start, at the times the grid was laid through.
 

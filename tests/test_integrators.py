@@ -122,8 +122,8 @@ def test_backward_undoes_forward():
     back = StepGrid.through(np.array([0.0]), start=3.0, max_step=0.05)
     end = forward(jnp.asarray(np.cos(there.node_times)), jnp.asarray(there.step), jnp.ones(()))[there.sample_index[0]]
     start = forward(jnp.asarray(np.cos(back.node_times)), jnp.asarray(back.step), end)[back.sample_index[0]]
-    # Twice the error of one way, 3e-8 at this step.
-    assert float(start) == pytest.approx(1.0, abs=1e-7)
+    # The error of one way is 9e-9 at this step, and most of it is undone too.
+    assert float(start) == pytest.approx(1.0, abs=9e-9)
 
 
 GRID = StepGrid.through(np.array([2.0, 2.9]), start=0.0, max_step=0.1, pad_steps=32)
@@ -187,8 +187,10 @@ def turned(lengths, rate):
 
 
 @pytest.mark.parametrize(
-    ("rate", "duration", "tolerance"), [(0.011, 4500.0, 1e-5), (0.05, 1000.0, 1e-3), (0.05, 1000.0, 1e-6), (1.0, 20.0, 1e-4)]
+    ("rate", "duration", "tolerance"),
+    [(0.011, 4500.0, 1e-5), (0.05, 1000.0, 1e-3), (0.05, 1000.0, 1e-6), (1.0, 20.0, 1e-4)],
 )
 def test_bound_on_the_step_holds_and_is_not_timid(rate, duration, tolerance):
     error = turn_error(rate, duration, tolerance)
-    assert tolerance / 10 < error <= tolerance
+    # The bound is the leading term of the error: the rest is a few per cent.
+    assert 0.9 * tolerance < error <= tolerance

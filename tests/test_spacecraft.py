@@ -32,15 +32,15 @@ def test_moment_of_rods():
     np.testing.assert_allclose(one.dipole(jnp.asarray([0.0, REFERENCE, 0.0])), [0, 0.03, 0], rtol=1e-15)
     np.testing.assert_array_equal(RODS.dipole(jnp.zeros(3)), 0.0)
     fields = jnp.asarray(np.stack([B, 2 * B]))
-    np.testing.assert_allclose(jax.vmap(RODS.dipole)(fields), np.stack([expected, 2 * expected]), rtol=1e-14)
+    np.testing.assert_allclose(jax.jit(jax.vmap(RODS.dipole))(fields), np.stack([expected, 2 * expected]), rtol=1e-14)
 
 
 def test_slopes_of_the_moment_are_those_of_a_linear_law():
-    by_field = jax.jacrev(RODS.dipole)(jnp.asarray(B))
+    by_field = jax.jit(jax.jacrev(RODS.dipole))(jnp.asarray(B))
     expected = sum(m / REFERENCE * np.outer(a, a) for m, a in zip(MOMENTS, AXES, strict=True))
     # Largest slope 3000 A m^2 / T.
     np.testing.assert_allclose(by_field, expected, atol=1e-11)
-    by_rods = jax.jacfwd(lambda rods: rods.dipole(jnp.asarray(B)))(RODS)
+    by_rods = jax.jit(jax.jacfwd(lambda rods: rods.dipole(jnp.asarray(B))))(RODS)
     np.testing.assert_allclose(by_rods.moments, ((AXES @ B) / REFERENCE * AXES.T), atol=1e-14)
     np.testing.assert_allclose(by_rods.reference_field, -expected @ B / REFERENCE, rtol=1e-12)
 

@@ -51,10 +51,12 @@ TEXTBOOK = {
 
 @pytest.mark.parametrize("name", ALL)
 def test_textbook_value(name):
-    found = ALL[name](craft_with(), around())
+    found = jax.jit(ALL[name])(craft_with(), around())
     np.testing.assert_allclose(found, TEXTBOOK[name], rtol=1e-13)
     stacked = jax.tree.map(lambda x: jnp.stack([x, x]), around())
-    np.testing.assert_allclose(jax.vmap(ALL[name], (None, 0))(craft_with(), stacked), [TEXTBOOK[name]] * 2, rtol=1e-13)
+    np.testing.assert_allclose(
+        jax.jit(jax.vmap(ALL[name], (None, 0)))(craft_with(), stacked), [TEXTBOOK[name]] * 2, rtol=1e-13
+    )
 
 
 def test_model_of_munin_is_the_three_together():
@@ -73,7 +75,7 @@ def test_torques_vanish_where_physics_says_so():
 
 @pytest.mark.parametrize("name", ALL)
 def test_slopes_against_differences(name):
-    """All torques are polynomials or smooth powers: with relative steps of 1e-4 a central difference is good to 1e-7."""
+    """Torques are polynomials or smooth powers: with relative steps of 1e-4 central differences are good to 1e-7."""
 
     def torque(scale):
         # Each input, moved by its own size.
@@ -82,10 +84,11 @@ def test_slopes_against_differences(name):
         position, b_field = R_BODY + scale[4] * 1e6 * np.array([1.0, 2, -1]), B_BODY + scale[5] * np.array([0, 1e-5, 0])
         return ALL[name](craft_with(inertia, magnet, moments), around(position, b_field))
 
+    value = jax.jit(torque)
     slope = np.asarray(jax.jit(jax.jacfwd(torque))(jnp.zeros(6)))
     reverse = np.asarray(jax.jit(jax.jacrev(torque))(jnp.zeros(6)))
     h = 1e-4
-    moved = [[np.asarray(torque(s * h * np.eye(6)[k])) for s in (1, -1)] for k in range(6)]
+    moved = [[np.asarray(value(jnp.asarray(s * h * np.eye(6)[k]))) for s in (1, -1)] for k in range(6)]
     difference = np.stack([(plus - minus) / (2 * h) for plus, minus in moved], axis=-1)
     assert np.count_nonzero(np.any(difference != 0, axis=0)) == {"gravity": 3, "magnet": 2, "rods": 2}[name]
     np.testing.assert_allclose(slope, difference, atol=1e-7 * np.abs(difference).max())
@@ -94,7 +97,7 @@ def test_slopes_against_differences(name):
 
 @pytest.mark.parametrize("name", ALL)
 def test_slopes_are_finite_at_rest_in_no_field(name):
-    slope = jax.jacfwd(lambda place: ALL[name](craft_with(), place))(around(b_field=np.zeros(3)))
+    slope = jax.jit(jax.jacfwd(lambda place: ALL[name](craft_with(), place)))(around(b_field=np.zeros(3)))
     assert all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(slope))
 
 
@@ -152,7 +155,7 @@ def test_magnet_turns_toward_the_field_and_swings_about_it():
     moment, inertia, field = 0.3, 0.053, 3e-5
     expected = np.sqrt(moment * field / inertia)
     times, attitudes = swing(
-        craft_with(inertia * np.eye(3), [moment, 0, 0]),
+        craft_with(inertia * np.eye(3), np.array([moment, 0, 0])),
         (PermanentMagnet(),),
         attitude=Rotation.from_rotvec([0.0, 0.0, 0.02]),
         rate=[0.0, 0.0, 0.0],
@@ -171,7 +174,7 @@ def test_rod_swings_about_the_field_whichever_end_leads(along):
     moment, inertia, field = 0.03, 0.053, 4e-5
     expected = np.sqrt(moment * field**2 / REFERENCE / inertia)
     times, attitudes = swing(
-        craft_with(inertia * np.eye(3), np.zeros(3), [moment, 0.0], np.eye(3)[1:]),
+        craft_with(inertia * np.eye(3), np.zeros(3), np.array([moment, 0.0]), np.eye(3)[1:]),
         (LinearRodsTorque(),),
         attitude=Rotation.from_rotvec([0.02 + along, 0.0, 0.0]),
         rate=[0.0, 0.0, 0.0],

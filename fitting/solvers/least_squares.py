@@ -58,12 +58,14 @@ class Point(eqx.Module):
     """Cost that the last step promised to save: below ~1e-4 the minimum is reached on the scale of sigma."""
 
 
-def robust_weight(residual: Float[Array, "samples 6"], scale: Float[Array, ""]) -> Float[Array, "samples 6"]:
+def robust_weight(
+    residual: Float[Array, "samples 6"], scale: Float[Array | np.ndarray, ""]
+) -> Float[Array, "samples 6"]:
     """Weight of the pseudo-Huber loss 2 c^2 (sqrt(1 + (r/c)^2) - 1) (Charbonnier et al. 1997), 1 at r = 0."""
     return 1.0 / jnp.sqrt(1.0 + (residual / scale) ** 2)
 
 
-def robust_cost(residual: Float[Array, "samples 6"], scale: Float[Array, ""]) -> Float[Array, "samples 6"]:
+def robust_cost(residual: Float[Array, "samples 6"], scale: Float[Array | np.ndarray, ""]) -> Float[Array, "samples 6"]:
     """Pseudo-Huber loss, r^2 for small r; written without the difference that loses its digits at large `scale`."""
     square = residual**2
     return 2.0 * square / (1.0 + jnp.sqrt(1.0 + square / scale**2))

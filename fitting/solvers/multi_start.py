@@ -128,7 +128,7 @@ def grow(
         points = solve(
             problem, parameters, stage, starts.x[: stage.keep], starts.reference[: stage.keep], sample_weight
         )
-        starts = Starts(points.x, points.reference, points.cost)
+        starts = Starts(np.asarray(points.x), np.asarray(points.reference), np.asarray(points.cost))
         starts = starts.take(distinct(starts, attitude=2e-3, rate=2e-3))
         if number > 0:
             starts = starts.take(np.flatnonzero(starts.cost <= HOPELESS[0] * starts.cost[0] + HOPELESS[1]))

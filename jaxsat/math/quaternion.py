@@ -105,7 +105,9 @@ def to_rotation_vector(q: Float[Array, "*batch 4"]) -> Float[Array, "*batch 3"]:
     q = jnp.where(q[..., :1] < 0.0, -q, q)
     sine = safe_norm(q[..., 1:])
     small = sine < 1e-8
-    ratio = jnp.where(small, 2.0 / q[..., 0], 2.0 * jnp.arctan2(sine, q[..., 0]) / jnp.where(small, 1.0, sine))
+    ratio = jnp.where(
+        small, 2.0 / jnp.where(small, q[..., 0], 1.0), 2.0 * jnp.arctan2(sine, q[..., 0]) / jnp.where(small, 1.0, sine)
+    )
     return ratio[..., None] * q[..., 1:]
 
 

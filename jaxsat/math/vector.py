@@ -31,4 +31,6 @@ def angle_between(a: Float[Array, "*batch 3"], b: Float[Array, "*batch 3"]) -> F
     derivative there is infinite.
     """
     a, b = unit(a), unit(b)
-    return 2.0 * jnp.arctan2(safe_norm(a - b), safe_norm(a + b))
+    apart, together = safe_norm(a - b), safe_norm(a + b)
+    # Two zero vectors are called parallel: arctan2(0, 0) has no derivative.
+    return 2.0 * jnp.arctan2(apart, jnp.where((apart == 0.0) & (together == 0.0), 1.0, together))

@@ -25,7 +25,9 @@ def at_angle(theta):
 
 def test_cross_is_that_of_numpy():
     np.testing.assert_allclose(cross(jnp.asarray(A), jnp.asarray(B)), np.cross(A, B), rtol=0, atol=8 * EPS)
-    np.testing.assert_array_equal(jax.vmap(cross)(jnp.asarray(A), jnp.asarray(B)), cross(jnp.asarray(A), jnp.asarray(B)))
+    np.testing.assert_array_equal(
+        jax.vmap(cross)(jnp.asarray(A), jnp.asarray(B)), cross(jnp.asarray(A), jnp.asarray(B))
+    )
 
 
 def test_norm_and_direction():

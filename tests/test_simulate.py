@@ -1,0 +1,182 @@
+"""Trajectories: closed-form precession, conserved quantities, order of the method, and slopes against differences."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from jaxsat.dynamics import AttitudeState
+from jaxsat.environment import KeplerOrbit, OrbitTable, igrf_field, tabulate_orbit
+from jaxsat.integrators import BLOCK, StepGrid
+from jaxsat.simulate import simulate
+from jaxsat.spacecraft import MagneticRods, SolarPanels, Spacecraft, box_normals
+
+INERTIA = np.array([[0.0514, 0.0014, -0.0022], [0.0014, 0.0549, 0.0011], [-0.0022, 0.0011, 0.0578]])
+Q0 = Rotation.from_rotvec([0.7, -1.1, 0.4])
+W0 = np.array([0.021, -0.013, 0.017])
+
+
+def craft_with(inertia):
+    rods = MagneticRods(jnp.asarray([0.035, 0.025]), jnp.eye(3)[1:], jnp.asarray(3.0e-5))
+    panels = SolarPanels(box_normals(), jnp.asarray(0.24), jnp.ones(6))
+    return Spacecraft(jnp.asarray(inertia), jnp.asarray([0.3, 0.004, -0.01]), rods, panels)
+
+
+def start(q=Q0, w=W0):
+    return AttitudeState(jnp.asarray(q.as_quat(scalar_first=True)), jnp.asarray(w))
+
+
+move = eqx.filter_jit(simulate)
+
+
+def free_motion(inertia, times, max_step, pad_steps=BLOCK):
+    grid = StepGrid.through(times, start=0.0, max_step=max_step, pad_steps=pad_steps)
+    nodes = len(grid.node_times)
+    table = OrbitTable(jnp.tile(jnp.asarray([7e6, 0, 0]), (nodes, 1)), jnp.zeros((nodes, 3)))
+    motion = move(craft_with(inertia), start(), table, grid, torques=())
+    return Rotation.from_quat(np.asarray(motion.quaternion), scalar_first=True), np.asarray(motion.angular_velocity)
+
+
+TIMES = np.linspace(25.0, 1000.0, 40)
+
+
+@pytest.mark.parametrize("axial", [0.03, 0.09], ids=["prolate", "oblate"])
+def test_free_precession_of_a_symmetric_body(axial):
+    """Turn about h at |h|/J_t after a turn about the body's axis at w_z (1 - J_z/J_t) (Goldstein 1980, sec. 5-6)."""
+    transverse = 0.05
+    tensor = np.diag([transverse, transverse, axial])
+    attitudes, rates = free_motion(tensor, TIMES, 0.5)
+    momentum = Q0.apply(tensor @ W0)
+    spin = W0[2] * (1 - axial / transverse)
+    precession = Rotation.from_rotvec(TIMES[:, None] * momentum / transverse)
+    expected = precession * Q0 * Rotation.from_rotvec(TIMES[:, None] * np.array([0.0, 0.0, spin]))
+    # Bound of the method at |w| = 0.03 rad/s: (w/2)^5 h^4 1000 s / 60 = 8e-10, the precession somewhat faster.
+    assert np.max((attitudes.inv() * expected).magnitude()) < 2e-9
+    back = Rotation.from_rotvec(-TIMES[:, None] * np.array([0.0, 0.0, spin]))
+    np.testing.assert_allclose(rates, back.apply(W0), atol=2e-11)
+
+
+def test_energy_and_momentum_of_a_tumbling_body_are_kept():
+    attitudes, rates = free_motion(INERTIA, TIMES, 0.5)
+    momentum = attitudes.apply(rates @ INERTIA)
+    energy = 0.5 * np.sum(rates @ INERTIA * rates, axis=1)
+    np.testing.assert_allclose(np.linalg.norm(attitudes.as_quat(), axis=1), 1.0, rtol=1e-15)
+    # Drifts of the method after 30 rad of tumbling in steps of 0.015 rad: 1.2e-11 and 8e-15 are measured.
+    h0, e0 = Q0.apply(INERTIA @ W0), 0.5 * W0 @ INERTIA @ W0
+    assert np.max(np.linalg.norm(momentum - h0, axis=1)) < 5e-11 * np.linalg.norm(h0)
+    assert np.max(np.abs(energy / e0 - 1)) < 1e-13
+
+
+ORBIT = KeplerOrbit(7630.026457e3, 0.072661, 1.6657226, 1.1313013, 0.2910495, -3.0602300)
+FIELD = igrf_field(2001.05, degree=2)
+tabulate = eqx.filter_jit(tabulate_orbit)
+
+
+def laid(times, *, start=0.0, max_step=10.0, pad_samples=2):
+    """Grid and table; all of one shape, so that the programs are compiled once."""
+    grid = StepGrid.through(np.array(times), start=start, max_step=max_step, pad_samples=pad_samples, pad_steps=512)
+    return grid, tabulate(ORBIT, jnp.asarray(grid.node_times), FIELD, 3.3376)
+
+
+GRID, TABLE = laid([100.0, 240.0])
+
+
+def test_order_four_with_all_torques():
+    ends = []
+    for steps in (16, 32, 64, 512):
+        grid, table = laid([200.0, 400.0], max_step=400 / steps)
+        motion = move(craft_with(INERTIA), start(), table, grid)
+        ends.append(Rotation.from_quat(np.asarray(motion.quaternion[1]), scalar_first=True))
+    error = np.array([(ends[-1].inv() * end).magnitude() for end in ends[:-1]])
+    np.testing.assert_allclose(np.log2(error[:-1] / error[1:]), 4.0, atol=0.2)
+
+
+def test_backward_returns_to_the_start():
+    motion = move(craft_with(INERTIA), start(), TABLE, GRID)
+    back, table = laid([100.0, 0.0], start=240.0)
+    final = AttitudeState(motion.quaternion[1], motion.angular_velocity[1])
+    there = move(craft_with(INERTIA), final, table, back)
+    # The method's own error at h = 10 s, (0.03/2)^5 10^4 240 / 60 = 3e-5, mostly undone on the way back.
+    np.testing.assert_allclose(there.quaternion[0], motion.quaternion[0], atol=1e-5)
+    np.testing.assert_allclose(there.quaternion[1], Q0.as_quat(scalar_first=True), atol=1e-5)
+    np.testing.assert_allclose(there.angular_velocity[1], W0, atol=2e-7)
+
+
+def test_blocks_and_scan_agree_to_the_last_bits():
+    whole = move(craft_with(INERTIA), start(), TABLE, GRID)
+    part = move(craft_with(INERTIA), start(), TABLE, GRID, blocks=jnp.asarray(6))
+    np.testing.assert_allclose(part.quaternion, whole.quaternion, rtol=0, atol=4e-16)
+    np.testing.assert_allclose(part.angular_velocity, whole.angular_velocity, rtol=0, atol=1e-17)
+    # Three blocks reach 120 s: the first sample is there, the second one is not.
+    short = move(craft_with(INERTIA), start(), TABLE, GRID, blocks=jnp.asarray(3))
+    np.testing.assert_array_equal(short.quaternion[0], part.quaternion[0])
+    np.testing.assert_array_equal(short.quaternion[1], Q0.as_quat(scalar_first=True))
+
+
+def test_samples_may_stand_at_the_start_and_be_padded():
+    grid, table = laid([0.0, 30.0], pad_samples=4)
+    motion = move(craft_with(INERTIA), start(), table, grid)
+    np.testing.assert_array_equal(motion.quaternion[0], Q0.as_quat(scalar_first=True))
+    np.testing.assert_array_equal(motion.angular_velocity[0], W0)
+    np.testing.assert_array_equal(motion.quaternion[2:], np.tile(motion.quaternion[1], (2, 1)))
+
+
+# One direction of change for each thing that a fit may free, of about its own size.
+INERTIA_CHANGE = 0.01 * np.array([[1, 0.1, 0], [0.1, -1, 0.2], [0, 0.2, 0]])
+CHANGES = (
+    (lambda pair: pair[1].angular_velocity, np.full(3, 0.01)),
+    (lambda pair: pair[0].inertia, INERTIA_CHANGE),
+    (lambda pair: pair[0].magnet, np.array([0.1, 0.05, -0.1])),
+    (lambda pair: pair[0].rods.moments, np.array([0.02, -0.02])),
+)
+
+
+def final_attitude(changes, blocks=None, run=simulate):
+    pair = (craft_with(INERTIA), start())
+    for k, (where, change) in enumerate(CHANGES):
+        pair = eqx.tree_at(where, pair, where(pair) + changes[k] * jnp.asarray(change))
+    return run(pair[0], pair[1], TABLE, GRID, blocks=blocks).quaternion[1]
+
+
+@pytest.fixture(scope="module")
+def difference():
+    """Central differences of the final attitude, [4, changes]; the steps are common to a family, in units of it."""
+    h = 1e-4
+    ends = [[np.asarray(final_attitude(s * h * e, run=move)) for s in (1, -1)] for e in jnp.eye(4)]
+    return np.stack([(plus - minus) / (2 * h) for plus, minus in ends], axis=-1)
+
+
+@pytest.mark.parametrize("way", ["forward through blocks", "reverse through the scan"])
+def test_slopes_of_the_final_attitude(way, difference):
+    if way.startswith("forward"):
+        slope = jax.jit(jax.jacfwd(lambda x: final_attitude(x, blocks=jnp.asarray(6))))(jnp.zeros(4))
+    else:
+        slope = jax.jit(jax.jacrev(final_attitude))(jnp.zeros(4))
+    slope = np.asarray(slope)
+    # Every change moves the attitude visibly.
+    assert np.all(np.linalg.norm(slope, axis=0) > 1e-3)
+    # Truncation h^2 times third derivatives of order one, rounding eps / h = 2e-12.
+    np.testing.assert_allclose(slope, difference, atol=2e-8)
+
+
+def test_slopes_are_finite_from_rest():
+    def end(w):
+        return simulate(craft_with(INERTIA), AttitudeState(start().quaternion, w), TABLE, GRID, torques=()).quaternion
+
+    slope = jax.jit(jax.jacfwd(end))(jnp.zeros(3))
+    # A slow rate turns the body by w t: dq/dw = q (0, w) t / 2.
+    basis = np.stack([(Q0 * Rotation.from_quat([*e, 0.0])).as_quat(scalar_first=True) for e in np.eye(3)], axis=-1)
+    np.testing.assert_allclose(slope, np.array([100.0, 240.0])[:, None, None] / 2 * basis, atol=1e-11)
+
+
+def test_many_satellites_at_once():
+    rates = jnp.asarray(np.stack([W0, 0.5 * W0, -W0]))
+    run = jax.jit(
+        jax.vmap(lambda w: simulate(craft_with(INERTIA), AttitudeState(start().quaternion, w), TABLE, GRID).quaternion)
+    )
+    together = run(rates)
+    for k, rate in enumerate(rates):
+        alone = move(craft_with(INERTIA), AttitudeState(start().quaternion, rate), TABLE, GRID).quaternion
+        np.testing.assert_allclose(together[k], alone, atol=1e-14)
