@@ -60,12 +60,6 @@ def fit(
     step = min(settings.step_s, rk4_step_for(max_rate, duration, COARSE_TOLERANCE))
     parameters = parametrization(nominal, settings.free, settings.prior)
     coarse = build_problem(observations, noise=noise, max_step=step)
-    tabulated = time.perf_counter()
-    # The solver compiles on one core while the first guesses are traced on the other.
-    progress("compiling", 0, 1)
-    compilation = compile_solver(coarse, parameters)
-    describe.compile(coarse, parameters, np.zeros(len(parameters.free)), np.zeros((len(coarse.valid), 4)))
-
     bright = observations.currents.max(axis=1) > 3.0 * noise
     lit = bright & (np.asarray(coarse.light.illumination)[: len(bright)] > 0.5)
     if lit.sum() < FIRST_ARC_LIT:
@@ -73,6 +67,13 @@ def fit(
             f"only {lit.sum()} samples both outside the computed shadow and brighter than {3e3 * noise:.0f} mA; "
             f"a fit needs at least {FIRST_ARC_LIT}"
         )
+
+    tabulated = time.perf_counter()
+    # The solver compiles on one core while the first guesses are traced on the other.
+    progress("compiling", 0, 1)
+    compilation = compile_solver(coarse, parameters)
+    describe.compile(coarse, parameters, np.zeros(len(parameters.free)), np.zeros((len(coarse.valid), 4)))
+
     use = np.asarray(coarse.valid).astype(float)
     # A sample on the wrong side of a shadow edge by a second says nothing about attitude: leave it out.
     disagree = bright != (np.asarray(coarse.light.illumination)[: len(bright)] > 0.5)
@@ -96,9 +97,9 @@ def fit(
 
     schedule = arc_schedule(lit, len(observations.t) - 1, settings.free)
     survivors = grow(coarse, parameters, schedule, starts, use, progress)
-    # The spin of the survivors, with room for the swing of the magnet in the field.
+    # The spin of the survivors, with room for the swing of the magnet in the field; nonsense may spin without limit.
     fastest = RATE_UNIT * float(np.linalg.norm(survivors.x[candidates(survivors.cost), 3:6], axis=1).max())
-    step = min(settings.step_s, rk4_step_for(1.3 * fastest + 1e-3, duration, FINE_TOLERANCE))
+    step = min(settings.step_s, rk4_step_for(min(1.3 * fastest + 1e-3, 2.0 * max_rate), duration, FINE_TOLERANCE))
     fine = build_problem(observations, noise=noise, max_step=step)
     refined = refine(fine, parameters, survivors, use, limiting=settings.limiting, progress=progress)
     result = summarize(observations.t, fine, parameters, refined)

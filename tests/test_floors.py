@@ -32,7 +32,7 @@ TOP_LEVEL = {"pyproject.toml", "jaxsat", "fitting", "experiments", "tests", "REA
 
 
 def unit_of(module: str) -> str | None:
-    """The part of the house that a module belongs to: `jaxsat.math.vector` -> `jaxsat.math`; None for other libraries."""
+    """The part of the house that a module belongs to, as `jaxsat.math`; None for other libraries."""
     parts = module.split(".")
     if parts[0] == "fitting":
         return "fitting"
