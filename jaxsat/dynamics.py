@@ -4,6 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from jaxsat.environment import OrbitTable
 from jaxsat.math import cross, inverse_3x3, quaternion
 from jaxsat.spacecraft import Spacecraft
 from jaxsat.torques import AbstractTorque, BodyEnvironment
@@ -16,15 +17,6 @@ class AttitudeState(eqx.Module):
     """inertial-from-body, scalar first."""
     angular_velocity: Float[Array, "3"]
     """Of the body against inertial space, body axes [rad/s]."""
-
-
-class OrbitPoint(eqx.Module):
-    """One node of the tabulated orbit, or all of them, inertial axes."""
-
-    position_eci: Float[Array, "*nodes 3"]
-    """[m]"""
-    b_field_eci: Float[Array, "*nodes 3"]
-    """[T]"""
 
 
 class RigidBody(eqx.Module):
@@ -40,8 +32,8 @@ def rigid_body(spacecraft: Spacecraft, torques: tuple[AbstractTorque, ...]) -> R
     return RigidBody(spacecraft, inverse_3x3(spacecraft.inertia), torques)
 
 
-def derivative(state: AttitudeState, point: OrbitPoint, body: RigidBody) -> AttitudeState:
-    """Time derivative of the state (Markley & Crassidis 2014, eqs. 3.20 and 3.147).
+def derivative(state: AttitudeState, point: OrbitTable, body: RigidBody) -> AttitudeState:
+    """Time derivative of the state at one entry of an orbit's table (Markley & Crassidis 2014, eqs. 3.20 and 3.147).
 
     J w' = sum of torques - w x J w,   q' = q (0, w) / 2.
     """

@@ -6,8 +6,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from jaxsat.dynamics import AttitudeState, OrbitPoint, RigidBody, derivative, rigid_body
-from jaxsat.environment.table import OrbitTable
+from jaxsat.dynamics import AttitudeState, RigidBody, derivative, rigid_body
+from jaxsat.environment import OrbitTable
 from jaxsat.integrators import StepGrid, integrate, integrate_blocks, rk4_step
 from jaxsat.math import quaternion
 from jaxsat.spacecraft import Spacecraft
@@ -39,21 +39,20 @@ def simulate(
     only that many blocks of steps are taken (forward-mode derivatives only) and later samples are meaningless.
     """
     body = rigid_body(spacecraft, torques)
-    points = OrbitPoint(table.position_eci, table.b_field_eci)
 
     def step(state, h, start, middle, end):
         return attitude_step(body, state, h, start, middle, end)
 
     if blocks is None:
-        states = integrate(step, initial, points, jnp.asarray(grid.step))
+        states = integrate(step, initial, table, jnp.asarray(grid.step))
     else:
-        states = integrate_blocks(step, initial, points, jnp.asarray(grid.step), blocks)
+        states = integrate_blocks(step, initial, table, jnp.asarray(grid.step), blocks)
     at_samples = jax.tree.map(lambda a: a[grid.sample_index], states)
     return Trajectory(at_samples.quaternion, at_samples.angular_velocity)
 
 
 def attitude_step(
-    body: RigidBody, state: AttitudeState, h: Float[Array, ""], start: OrbitPoint, middle: OrbitPoint, end: OrbitPoint
+    body: RigidBody, state: AttitudeState, h: Float[Array, ""], start: OrbitTable, middle: OrbitTable, end: OrbitTable
 ) -> AttitudeState:
     """One RK4 step of the attitude, with the quaternion brought back to unit length."""
     state = rk4_step(lambda y, point: derivative(y, point, body), state, h, start, middle, end)

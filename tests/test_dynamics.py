@@ -6,7 +6,8 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from jaxsat.dynamics import AttitudeState, OrbitPoint, derivative, rigid_body
+from jaxsat.dynamics import AttitudeState, derivative, rigid_body
+from jaxsat.environment import OrbitTable
 from jaxsat.spacecraft import MagneticRods, SolarPanels, Spacecraft, box_normals
 from jaxsat.torques import MUNIN_TORQUES
 
@@ -42,7 +43,7 @@ def textbook(q, w, position, field):
 
 
 def state_and_point(k):
-    return AttitudeState(jnp.asarray(Q[k]), jnp.asarray(W[k])), OrbitPoint(
+    return AttitudeState(jnp.asarray(Q[k]), jnp.asarray(W[k])), OrbitTable(
         jnp.asarray(POSITION[k]), jnp.asarray(FIELD[k])
     )
 
@@ -62,7 +63,7 @@ def test_batch_of_states():
     body = rigid_body(CRAFT, MUNIN_TORQUES)
 
     def one(q, w, position, field):
-        return derivative(AttitudeState(q, w), OrbitPoint(position, field), body)
+        return derivative(AttitudeState(q, w), OrbitTable(position, field), body)
 
     found = jax.jit(jax.vmap(one))(*map(jnp.asarray, (Q, W, POSITION, FIELD)))
     expected = [textbook(Q[k], W[k], POSITION[k], FIELD[k]) for k in range(20)]
