@@ -8,9 +8,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.observations import Observations, build_problem, from_first_light
+from fitting.observations import Observations, build_problem
 from fitting.parameters import Nominal, PriorSigma, parametrization
-from fitting.problem import RATE_UNIT
+from fitting.problem import RATE_UNIT, Problem
 from fitting.refine import candidates, refine
 from fitting.result import FitResult
 from fitting.solvers.multi_start import Progress, Starts, compile_solver, grow
@@ -31,6 +31,7 @@ class FitSettings:
     free: tuple[str, ...]
     """From `fitting.parameters.parse_free`."""
     starts: int = 256
+    """Random starts, beside those of the local method."""
     seed: int = 0
     noise_mA: float = 2.0
     """1-sigma of one current."""
@@ -49,25 +50,28 @@ def fit(
 ) -> FitResult:
     """Best attitude motion and parameters of a session, with their uncertainty; a failure is a result, not an error.
 
-    The arc starts at the first lit sample. Raises `InputError` where fewer than `FIRST_ARC_LIT` samples are lit.
+    The result starts at the arc's first sunlit sample. Raises `InputError` where fewer than `FIRST_ARC_LIT` are.
     """
     began = time.perf_counter()
     progress("preparing", 0, 1)
     noise = 1e-3 * float(np.hypot(settings.noise_mA, settings.quantum_mA / np.sqrt(12.0)))
-    observations = from_first_light(observations, 3.0 * noise)
     duration = max(float(np.ptp(observations.t)), 1.0)
     max_rate = np.radians(settings.max_rate_deg_s)
     step = min(settings.step_s, rk4_step_for(max_rate, duration, COARSE_TOLERANCE))
     parameters = parametrization(nominal, settings.free, settings.prior)
     coarse = build_problem(observations, noise=noise, max_step=step)
-    bright = observations.currents.max(axis=1) > 3.0 * noise
-    lit = bright & (np.asarray(coarse.light.illumination)[: len(bright)] > 0.5)
-    if lit.sum() < FIRST_ARC_LIT:
+    bright, sunlit = _bright_and_sunlit(observations, coarse)
+    if (bright & sunlit).sum() < FIRST_ARC_LIT:
         raise InputError(
-            f"only {lit.sum()} samples both outside the computed shadow and brighter than {3e3 * noise:.0f} mA; "
-            f"a fit needs at least {FIRST_ARC_LIT}"
+            f"only {(bright & sunlit).sum()} samples both outside the computed shadow and brighter than "
+            f"{3e3 * noise:.0f} mA; a fit needs at least {FIRST_ARC_LIT}"
         )
-
+    first = int(np.flatnonzero(bright & sunlit)[0])
+    if first > 0:
+        # The state is that at the arc's first sample, which must say something of it.
+        observations = observations.since(first)
+        coarse = build_problem(observations, noise=noise, max_step=step)
+        bright, sunlit = bright[first:], sunlit[first:]
     tabulated = time.perf_counter()
     # The solver compiles on one core while the first guesses are traced on the other.
     progress("compiling", 0, 1)
@@ -76,10 +80,9 @@ def fit(
 
     use = np.asarray(coarse.valid).astype(float)
     # A sample on the wrong side of a shadow edge by a second says nothing about attitude: leave it out.
-    disagree = bright != (np.asarray(coarse.light.illumination)[: len(bright)] > 0.5)
-    use[: len(bright)][disagree] = 0.0
+    use[: len(bright)][bright != sunlit] = 0.0
 
-    first_lit = np.flatnonzero(lit)[:2]
+    first_lit = np.flatnonzero(bright & sunlit)[:2]
     attitude, rate = first_guesses(
         coarse,
         parameters,
@@ -95,13 +98,19 @@ def fit(
         compilation.result()
     compiled = time.perf_counter()
 
-    schedule = arc_schedule(lit, len(observations.t) - 1, settings.free)
+    schedule = arc_schedule(bright & sunlit, len(observations.t) - 1, settings.free)
     survivors = grow(coarse, parameters, schedule, starts, use, progress)
     # The spin of the survivors, with room for the swing of the magnet in the field; nonsense may spin without limit.
     fastest = RATE_UNIT * float(np.linalg.norm(survivors.x[candidates(survivors.cost), 3:6], axis=1).max())
     step = min(settings.step_s, rk4_step_for(min(1.3 * fastest + 1e-3, 2.0 * max_rate), duration, FINE_TOLERANCE))
     fine = build_problem(observations, noise=noise, max_step=step)
     refined = refine(fine, parameters, survivors, use, limiting=settings.limiting, progress=progress)
-    result = summarize(observations.t, fine, parameters, refined)
+    result = summarize(observations.t, fine, parameters, refined, dark_disagreement=int(np.sum(bright != sunlit)))
     timing = {"prepare": tabulated - began, "compile": compiled - tabulated, "solve": time.perf_counter() - compiled}
     return dataclasses.replace(result, timing_s=timing)
+
+
+def _bright_and_sunlit(observations: Observations, problem: Problem) -> tuple[np.ndarray, np.ndarray]:
+    """[time] whether some current stands out of the noise, and whether the sample is outside the computed shadow."""
+    bright = observations.currents.max(axis=1) > 3.0 * float(problem.noise)
+    return bright, np.asarray(problem.light.illumination)[: len(bright)] > 0.5

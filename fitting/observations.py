@@ -44,6 +44,11 @@ class Observations:
     sun_eci: np.ndarray
     """[time 3] unit vectors."""
 
+    def since(self, first: int) -> "Observations":
+        """The samples from number `first` on."""
+        t, currents, sun_eci = self.t[first:], self.currents[first:], self.sun_eci[first:]
+        return dataclasses.replace(self, t=t, currents=currents, sun_eci=sun_eci)
+
 
 def _tabulate(orbit, field, greenwich, rate, radius, node_times, sample_times, sun_eci):
     light = tabulate_light(
@@ -94,16 +99,4 @@ def build_problem(observations: Observations, *, noise: float, max_step: float) 
         measured=np.pad(observations.currents, ((0, extra), (0, 0))),
         valid=np.arange(len(grid.sample_index)) < len(observations.t),
         noise=np.asarray(noise),
-    )
-
-
-def from_first_light(observations: Observations, brightness: float) -> Observations:
-    """The arc from its first sample brighter than `brightness` [A] on: the state is that at the arc's first sample."""
-    bright = np.flatnonzero(observations.currents.max(axis=1) > brightness)
-    first = int(bright[0]) if len(bright) else 0
-    return dataclasses.replace(
-        observations,
-        t=observations.t[first:],
-        currents=observations.currents[first:],
-        sun_eci=observations.sun_eci[first:],
     )

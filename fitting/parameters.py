@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from jaxsat.errors import InputError
 from jaxsat.sensors.solar_panels import Albedo
 from jaxsat.spacecraft import PANEL_NAMES, MagneticRods, SolarPanels, Spacecraft, box_normals, symmetric_tensor
 
@@ -177,7 +178,12 @@ class Parametrization(eqx.Module):
 
 
 def parametrization(nominal: Nominal, free: tuple[str, ...], prior: PriorSigma) -> Parametrization:
-    """Scales, bounds and gauge for a set of free parameters."""
+    """Scales, bounds and gauge for a set of free parameters.
+
+    Raises `InputError` where the magnet's modulus has to hold the gauge and is zero.
+    """
+    if set(MAGNET + INERTIA) <= set(free) and not np.linalg.norm(nominal.magnet) > 0.0:
+        raise InputError("magnet and inertia are both free: a nominal |magnet| above 0 must hold their common scale")
     mean_inertia = float(np.mean(np.asarray(nominal.inertia)[:3]))
     sigma = {
         **dict.fromkeys(MAGNET, prior.magnet),

@@ -8,6 +8,7 @@ package's sources, the versions, the platform, and the structure, shapes and sta
 import dataclasses
 import hashlib
 import os
+import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cache
@@ -34,6 +35,7 @@ class Stored:
         self._function, self._like = function, like
         self._plain = eqx.filter_jit(function)
         self._programs: dict[str, Future] = {}
+        self._lock = threading.Lock()
 
     def __call__(self, *arguments: Any) -> Any:
         """The function's result."""
@@ -54,7 +56,13 @@ class Stored:
         shapes = [(leaf.shape, str(leaf.dtype)) for leaf in leaves]
         text = repr((self._function.__qualname__, _surroundings(), structure, jax.tree.leaves(static), shapes))
         name = f"{self._function.__name__}-{hashlib.sha256(text.encode()).hexdigest()[:32]}"
-        if name not in self._programs:
+        with self._lock:
+            self._start(name, directory, structure, static, leaves)
+        return self._programs[name], leaves
+
+    def _start(self, name: str, directory: Path, structure: Any, static: tuple, leaves: list) -> None:
+        known = self._programs.get(name)
+        if known is None or (known.done() and known.exception()):
 
             def flat(*leaves):
                 result = self._function(*eqx.combine(jax.tree.unflatten(structure, leaves), static))
@@ -63,7 +71,6 @@ class Stored:
             exported = _load(directory / f"{name}.stablehlo") or _trace(flat, leaves, directory / f"{name}.stablehlo")
             # Tracing and lowering hold Python's lock and gain nothing from a second thread; XLA releases it.
             self._programs[name] = _compiler.submit(jax.jit(exported.call).lower(*leaves).compile)
-        return self._programs[name], leaves
 
 
 def hollow(module: type, **children: Any) -> Any:

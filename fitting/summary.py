@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from fitting.parameters import MAGNET, MODEL, STATE, TO_UNIT, UNITS, Parametrization, build_model
+from fitting.parameters import MAGNET, MODEL, RODS, STATE, TO_UNIT, UNITS, Parametrization, build_model
 from fitting.problem import RATE_UNIT, Problem
 from fitting.refine import CONVERGED_DECREMENT, Refined
 from fitting.result import AMBIGUOUS, CONVERGED, NOT_CONVERGED, FitResult, FittedParameter
@@ -24,6 +24,12 @@ MAX_CHI2_PER_DOF = 4.0
 """Beyond this the minimum does not explain the data: residuals twice the stated noise."""
 AMBIGUOUS_CHI2 = 9.0
 """Minima whose chi2 differ by less are equally good at three sigmas."""
+REMARKABLE_CHI2_PER_DOF = 1.5
+"""Beyond this the result says that the stated noise is too small."""
+MAX_DISAGREEMENT = 0.2
+"""Largest share of bright samples that the computed shadow may contradict."""
+QUOTED_FIELD = 3.0e-5
+"""Field in which results quote the moments of rods [T]."""
 DIFFERENT_ATTITUDE_DEG = 3.0
 """Median distance between two motions that counts as another answer."""
 
@@ -44,21 +50,28 @@ def _describe(
 describe = Stored(_describe, lambda: (0.0,) * 5)
 
 
-def summarize(t: np.ndarray, problem: Problem, parameters: Parametrization, refined: Refined) -> FitResult:
-    """The best minimum as a `FitResult`; `t` [time] are the samples' times [s]."""
+def summarize(
+    t: np.ndarray, problem: Problem, parameters: Parametrization, refined: Refined, *, dark_disagreement: int = 0
+) -> FitResult:
+    """The best minimum as a `FitResult`; `t` [time] are the samples' times [s].
+
+    `dark_disagreement` counts the samples left out because their currents contradict the computed shadow. Sigmas are
+    those of the stated noise; where a parameter stands at its bound, the others are conditional on it.
+    """
     n = len(t)
     best = jax.tree.map(lambda leaf: leaf[0], refined.points)
     prediction = best.prediction
     x, names = best.x, parameters.names
     noise = float(problem.noise)
     measured = np.asarray(problem.measured)
+    bright = (measured.max(axis=1) > 3.0 * noise).sum()
     modelled = measured + prediction.residual * noise
     values, values_jacobian, direct, field_body, field_angle = (
         np.asarray(array) for array in describe(problem, parameters, x[len(STATE) :], prediction.quaternion)
     )
 
     lower, upper = parameters.bounds()
-    at_bound = ((x <= lower) & (best.gradient > 0)) | ((x >= upper) & (best.gradient < 0))
+    at_bound = ((x <= lower + 1e-9) & (best.gradient > 0)) | ((x >= upper - 1e-9) & (best.gradient < 0))
     # A panel that sees next to nothing reads an exact zero, which is no measurement of the noise.
     informative = ((modelled > 0.25 * noise) | (measured > 0.0)) & (best.sample_weight > 0)[:, None]
     residual = np.where(informative, prediction.residual, 0.0)
@@ -71,9 +84,7 @@ def summarize(t: np.ndarray, problem: Problem, parameters: Parametrization, refi
     ratio = chi2 / max(dof, 1)
 
     all_names, physical = physical_covariance(values_jacobian, cov)
-    inflation = max(1.0, ratio) if ratio > MAX_CHI2_PER_DOF else 1.0
-    physical, cov_scaled = physical * inflation, cov * inflation
-    rotation_covariance = attitude_covariance(prediction.rotation_jacobian, cov_scaled)
+    rotation_covariance = attitude_covariance(prediction.rotation_jacobian, cov)
     sigma = dict(zip(all_names, np.sqrt(np.diagonal(physical)), strict=True))
     notes = {name: "at its bound" for name, flag in zip(names, at_bound, strict=True) if flag}
     notes |= {
@@ -85,28 +96,36 @@ def summarize(t: np.ndarray, problem: Problem, parameters: Parametrization, refi
     gauges = []
     if parameters.gauged:
         modulus = float(np.linalg.norm(values[:3]))
-        gauges.append(f"common scale of inertia, magnet and rods fixed by |magnet| = {modulus:.6g} A m2")
+        scaled = "inertia, magnet and rods" if set(RODS) <= set(parameters.free) else "inertia and magnet"
+        gauges.append(f"common scale of {scaled} fixed by |magnet| = {modulus:.6g} A m2")
     if parameters.gains_gauged:
         gauges.append(f"common scale of gains and imax fixed by the mean gain = {values[12:18].mean():.6g}")
 
     table = []
     for name, value in zip(MODEL, values, strict=True):
         free = name in parameters.free
-        known = free and np.isfinite(sigma[name])
-        factor = TO_UNIT.get(name, 1.0)
+        # At a bound there is no sigma: the data would have it beyond.
+        known = free and 0.0 < sigma[name] < np.inf
+        quoted = QUOTED_FIELD / float(parameters.reference_field) if name in RODS else 1.0
         table.append(
             FittedParameter(
                 name,
-                float(value * factor),
-                float(sigma[name]) if known else None,
+                float(value * TO_UNIT.get(name, 1.0) * quoted),
+                float(sigma[name] * quoted) if known else None,
                 UNITS[name],
                 free,
                 notes.get(name, ""),
             )
         )
 
-    alternatives, others = _alternatives(refined, n)
-    status, message = _verdict(best, ratio, refined, others, values, notes)
+    alternatives = _alternatives(refined, n)
+    equals = [a for a in alternatives if a["chi2_above_best"] < AMBIGUOUS_CHI2 * max(1.0, ratio)]
+    finite = np.isfinite(np.diagonal(cov)) & ~at_bound
+    gradient = np.asarray(best.gradient)[finite]
+    promise = 0.5 * float(gradient @ cov[np.ix_(finite, finite)] @ gradient)
+    remarks = _remarks(refined, values, notes, dark_disagreement, ratio)
+    status, verdict = _verdict(float(best.cost), promise, ratio, refined, equals, dark_disagreement, int(bright))
+    message = "; ".join([verdict, *remarks])
     rms = float(np.sqrt((residual**2).sum() / max(informative.sum(), 1)) * noise * 1e3)
     return FitResult(
         status=status,
@@ -133,48 +152,60 @@ def summarize(t: np.ndarray, problem: Problem, parameters: Parametrization, refi
     )
 
 
-def _alternatives(refined: Refined, n: int) -> tuple[tuple[dict, ...], list[dict]]:
-    """All other minima as dictionaries, and those of them that explain the data as well as the best one."""
+def _alternatives(refined: Refined, n: int) -> tuple[dict, ...]:
+    """All other minima whose motion differs, by chi2."""
     q = refined.points.prediction.quaternion[:, :n]
     found = []
     for k in range(1, len(refined.score)):
         overlap = np.abs(np.einsum("sc,sc->s", q[0], q[k]))
         distance = float(np.degrees(np.median(2.0 * np.arccos(np.minimum(overlap, 1.0)))))
-        delta = float(2.0 * (refined.score[k] - refined.score[0]))
         if distance > DIFFERENT_ATTITUDE_DEG:
             rate = np.degrees(refined.points.x[k, 3:6] * RATE_UNIT)
             found.append(
                 {
-                    "chi2_above_best": round(delta, 3),
+                    "chi2_above_best": round(float(2.0 * (refined.score[k] - refined.score[0])), 3),
                     "attitude_distance_deg": round(distance, 2),
                     "rate_deg_s": [round(float(w), 5) for w in rate],
                 }
             )
-    found.sort(key=lambda other: other["chi2_above_best"])
-    return tuple(found), [other for other in found if other["chi2_above_best"] < AMBIGUOUS_CHI2]
+    return tuple(sorted(found, key=lambda other: other["chi2_above_best"]))
 
 
-def _verdict(best, ratio, refined, equals, values, notes) -> tuple[str, str]:
+def _remarks(refined: Refined, values: np.ndarray, notes: dict[str, str], disagree: int, ratio: float) -> list[str]:
+    """What a person should know beside the verdict."""
     remarks = []
     left_out = int(refined.limited[0].sum())
     if left_out:
         remarks.append(f"{left_out} samples left out as current-limited or outlying")
+    if disagree:
+        remarks.append(f"{disagree} samples left out where currents and computed shadow disagree")
+    if REMARKABLE_CHI2_PER_DOF < ratio <= MAX_CHI2_PER_DOF:
+        remarks.append(
+            f"residuals are {np.sqrt(ratio):.2f} times the stated noise, sigmas are those of the stated noise"
+        )
     remarks += [f"{name} is {note}" for name, note in notes.items()]
     xx, yy, zz, xy, xz, yz = values[5:11]
     principal = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     if principal[0] <= 0 or principal[2] > principal[0] + principal[1]:
         remarks.append("the inertia tensor is not one of a rigid body (triangle inequality)")
-    if not np.isfinite(best.cost) or best.decrement > CONVERGED_DECREMENT:
-        status, verdict = NOT_CONVERGED, f"the solver stopped short of the minimum (decrement {best.decrement:.2g})"
-    elif refined.hopeless[0] or ratio > MAX_CHI2_PER_DOF:
-        status = NOT_CONVERGED
-        verdict = (
+    return remarks
+
+
+def _verdict(
+    cost: float, promise: float, ratio: float, refined: Refined, equals: list[dict], disagree: int, bright: int
+) -> tuple[str, str]:
+    """Status and its reason; `promise` is the cost that an undamped step would still save."""
+    if not (np.isfinite(cost) and promise <= CONVERGED_DECREMENT):
+        return NOT_CONVERGED, f"the solver stopped short of the minimum (a step would still save {promise:.2g})"
+    if disagree > MAX_DISAGREEMENT * bright:
+        return NOT_CONVERGED, (
+            f"the computed shadow contradicts {disagree} of {bright} bright samples: check epoch, orbit and Sun"
+        )
+    if refined.hopeless[0] or ratio > MAX_CHI2_PER_DOF:
+        return NOT_CONVERGED, (
             f"the best minimum found does not explain the data: residuals are {np.sqrt(ratio):.1f} times the noise; "
             "free more parameters (albedo, imax, gains), or state the noise that the model deserves"
         )
-    elif equals:
-        status = AMBIGUOUS
-        verdict = f"{len(equals) + 1} different motions explain the data equally well"
-    else:
-        status, verdict = CONVERGED, "one motion explains the data"
-    return status, "; ".join([verdict, *remarks])
+    if equals:
+        return AMBIGUOUS, f"{len(equals) + 1} different motions explain the data equally well"
+    return CONVERGED, "one motion explains the data"

@@ -54,22 +54,27 @@ def correlations(names: list[str], cov: np.ndarray, free: set[str]) -> dict[str,
 
 
 def attitude_covariance(rotation_jacobian: np.ndarray, cov: np.ndarray) -> np.ndarray:
-    """[samples 3 3] covariance of the small rotation in body axes at every sample [rad^2]."""
+    """[samples 3 3] covariance of the small rotation in body axes at every sample [rad^2]; inf where it is unknown."""
     finite = np.isfinite(np.diagonal(cov))
     J = rotation_jacobian[..., finite]
-    return J @ cov[np.ix_(finite, finite)] @ np.swapaxes(J, -1, -2)
+    result = J @ cov[np.ix_(finite, finite)] @ np.swapaxes(J, -1, -2)
+    blind = np.any(rotation_jacobian[..., ~finite] != 0.0, axis=(1, 2))
+    result[blind] = np.inf
+    return result
 
 
 def field_angle_sigma(field_body: np.ndarray, rotation_covariance: np.ndarray) -> np.ndarray:
     """1-sigma of the angle between body x and the field [rad], from the rotation's covariance in body axes.
 
     Only the rotation about the normal of the plane of x and the field changes the angle; where the two are parallel
-    the normal is undefined and the larger of the two transverse sigmas is returned.
+    the normal is undefined and the larger of the two transverse sigmas is returned; inf where the rotation is unknown.
     """
     normal = np.cross(np.array([1.0, 0.0, 0.0]), field_body)
     length = np.linalg.norm(normal, axis=-1)
     parallel = length < 1e-9 * np.linalg.norm(field_body, axis=-1)
     normal = normal / np.where(parallel, 1.0, length)[:, None]
-    variance = np.einsum("si,sij,sj->s", normal, rotation_covariance, normal)
-    transverse = np.linalg.eigvalsh(rotation_covariance[:, 1:, 1:])[:, -1]
-    return np.sqrt(np.maximum(np.where(parallel, transverse, variance), 0.0))
+    known = np.all(np.isfinite(rotation_covariance), axis=(1, 2))
+    finite = np.where(known[:, None, None], rotation_covariance, 0.0)
+    variance = np.einsum("si,sij,sj->s", normal, finite, normal)
+    transverse = np.linalg.eigvalsh(finite[:, 1:, 1:])[:, -1]
+    return np.where(known, np.sqrt(np.maximum(np.where(parallel, transverse, variance), 0.0)), np.inf)

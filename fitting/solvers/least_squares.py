@@ -168,9 +168,9 @@ def levenberg_marquardt(
     def iterate(carry):
         number, point = carry
         step, decrement = solve_bounded(point, lower, upper, settings)
-        trial = evaluate(
-            problem, parameters, settings, point.x + step, point.reference, point.sample_weight, point.damping * SHRINK
-        )
+        # Clipped once more: the sum of a point and its step may miss the bound by a rounding.
+        x = jnp.clip(point.x + step, lower, upper)
+        trial = evaluate(problem, parameters, settings, x, point.reference, point.sample_weight, point.damping * SHRINK)
         better = trial.cost < point.cost
         worse = eqx.tree_at(lambda p: p.damping, point, jnp.minimum(point.damping * GROW, 1e8))
         point = jax.tree.map(lambda a, b: jnp.where(better, a, b), trial, worse)

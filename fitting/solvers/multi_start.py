@@ -8,6 +8,7 @@ the spread of the survivors' rates and short enough that they stay inside the ba
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 import jax
 import numpy as np
@@ -15,6 +16,7 @@ import numpy as np
 from fitting.parameters import Parametrization
 from fitting.problem import Problem
 from fitting.solvers.least_squares import CHUNK, Point, Settings, solve_chunk
+from jaxsat.errors import InputError
 from jaxsat.integrators import BLOCK
 
 HOPELESS = (5.0, 300.0)
@@ -60,7 +62,30 @@ def solve(
     reference: np.ndarray,
     sample_weight: np.ndarray,
 ) -> Point:
-    """Minima of any number of starts: chunks of fixed shape, padded with copies of the first start, on two threads.
+    """Minima of any number of starts as whole points, which are large: for a few of them."""
+    return _solve(problem, parameters, stage, x, reference, sample_weight, lambda point: point)
+
+
+def advance(
+    problem: Problem, parameters: Parametrization, stage: Stage, starts: Starts, sample_weight: np.ndarray
+) -> Starts:
+    """Where any number of starts end, and at what cost."""
+    points = _solve(
+        problem,
+        parameters,
+        stage,
+        starts.x,
+        starts.reference,
+        sample_weight,
+        lambda point: (point.x, point.reference, point.cost),
+    )
+    return Starts(*points)
+
+
+def _solve(problem, parameters, stage, x, reference, sample_weight, select: Callable[[Point], Any]) -> Any:
+    """What `select` takes of the minima of any number of starts.
+
+    Chunks of fixed shape, padded with copies of the first start, on two threads.
 
     `sample_weight` is [samples] or [starts samples]; samples after the stage's arc are left out here.
     """
@@ -71,7 +96,7 @@ def solve(
     common = (problem, parameters, _settings(problem, stage), parameters.bounds())
 
     def run(part):
-        return jax.device_get(solve_chunk(*common, x[part], reference[part], weight[part]))
+        return jax.device_get(select(solve_chunk(*common, x[part], reference[part], weight[part])))
 
     # XLA runs a program of this size on one core and releases the GIL: two threads use two cores.
     with ThreadPoolExecutor(2) as pool:
@@ -122,14 +147,17 @@ def grow(
     sample_weight: np.ndarray,
     progress: Progress,
 ) -> Starts:
-    """Survivors of the whole schedule, best first, near-identical ones merged."""
+    """Survivors of the whole schedule, best first, near-identical ones merged.
+
+    Raises `InputError` where no start has a finite cost.
+    """
     for number, stage in enumerate(schedule):
         progress("growing arcs", number, len(schedule))
-        points = solve(
-            problem, parameters, stage, starts.x[: stage.keep], starts.reference[: stage.keep], sample_weight
-        )
-        starts = Starts(np.asarray(points.x), np.asarray(points.reference), np.asarray(points.cost))
+        kept = starts.take(np.arange(min(stage.keep, len(starts.cost))))
+        starts = advance(problem, parameters, stage, kept, sample_weight)
         starts = starts.take(distinct(starts, attitude=2e-3, rate=2e-3))
+        if len(starts.cost) == 0:
+            raise InputError("no start gives finite currents: the nominal satellite or the noise is out of all range")
         if number > 0:
             starts = starts.take(np.flatnonzero(starts.cost <= HOPELESS[0] * starts.cost[0] + HOPELESS[1]))
     progress("growing arcs", len(schedule), len(schedule))

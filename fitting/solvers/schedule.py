@@ -35,4 +35,5 @@ def arc_schedule(lit: np.ndarray, last: int, free: tuple[str, ...]) -> list[Stag
         count *= ARC_GROWTH
         stages.append(stage(count, KEEP[-1], 8, everything))
     whole = next(number for number, each in enumerate(stages) if each.last_sample == last)
-    return stages[: whole + 1]
+    # However short the arc: both halves, and everything free at the end.
+    return stages[: max(whole, 3) + 1]

@@ -33,7 +33,7 @@ def fit(
     starts: Annotated[
         int | None,
         Parameter(
-            help="Number of starts of the search. [default: that of the configuration]",
+            help="Number of random starts of the search. [default: that of the configuration]",
             converter=whole_number,
             validator=validators.Number(gte=1, lte=65536),
         ),
@@ -143,13 +143,11 @@ def fit_one(
     from jaxsat.cli.session import prepare_session
     from jaxsat.cli.staging import staged_directory
     from jaxsat.cli.tables import fit_summary, show
-    from jaxsat.telemetry.cleaning import check_usable
 
     start = time.perf_counter()
     # Staged before the work starts: a directory that cannot be written is known at once.
     with staged_directory(directory, FILES) as stage:
         prepared = prepare_session(path, settings)
-        check_usable(prepared.session)
         before = {"import": clock.imported, "prepare": time.perf_counter() - start}
         if plots:
             # Importing matplotlib costs half a second; the solver leaves one core to Python.

@@ -1,6 +1,6 @@
 """From a prepared session and the configuration to what the fit takes, in SI."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +11,7 @@ from fitting.parameters import Nominal, PriorSigma, parse_free
 from jaxsat.constants import EARTH_MU
 from jaxsat.environment import KeplerOrbit, apparent_sun, igrf_field
 from jaxsat.errors import InputError
+from jaxsat.telemetry.cleaning import check_usable
 from jaxsat.time import greenwich_angle
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ def surroundings(session: "Session", orbit_fit: "OrbitFit", config: "Config") ->
 
 
 def observations(session: "Session", orbit_fit: "OrbitFit", config: "Config") -> Observations:
-    """Samples of the arc that is to be fitted; raises `InputError` where it holds none."""
+    """Samples of the arc that is to be fitted; raises `InputError` where they cannot tell an attitude."""
     around = surroundings(session, orbit_fit, config)
     inside = np.ones(len(session.t_s), bool)
     if config.fit.arc_s is not None:
@@ -58,6 +59,8 @@ def observations(session: "Session", orbit_fit: "OrbitFit", config: "Config") ->
                 file=session.path,
                 field="arc",
             )
+    arc = replace(session, t_s=session.t_s[inside], currents_mA=session.currents_mA[inside])
+    check_usable(arc)
     return Observations(
         t=session.t_s[inside],
         currents=1e-3 * session.currents_mA[inside],

@@ -264,7 +264,7 @@ class Cleaning(_Section):
     )
     max_current_sum_mA: Positive | None = Field(
         default=None,
-        description="largest believable sum of the six currents [mA]; 2 sqrt(3) imax_mA if left out",
+        description="largest believable sum of the six currents [mA]; 2 sqrt(3) imax_mA x largest gain if left out",
         examples=[830.0],
     )
     max_sum_mismatch_mA: Positive = Field(
@@ -297,13 +297,13 @@ class Fit(_Section):
         description="free parameters: groups state magnet rods imax gains inertia albedo, or als alsI0 alsI23 ...",
     )
     arc_s: Interval | None = Field(
-        default=None, description="fit only samples in [t0, t1] [s]", examples=[[0.0, 2700.0]]
+        default=None, description="fit only samples in [t0, t1] after t = 0 [s]", examples=[[0.0, 2700.0]]
     )
-    starts: int = Field(default=256, ge=1, le=65536, description="starts of the search")
+    starts: int = Field(default=256, ge=1, le=65536, description="random starts of the search")
     seed: int = Field(default=0, ge=0, lt=2**32, description="seed of the starts")
     noise_mA: Positive = Field(default=2.0, description="1-sigma of a current [mA]")
     quantum_mA: NonNegative = Field(default=1.0, description="step in which currents are telemetered [mA]")
-    max_rate_deg_s: Positive = Field(default=1.5, description="highest angular rate of the starts [deg/s]")
+    max_rate_deg_s: Positive = Field(default=1.5, le=30, description="highest angular rate of the starts [deg/s]")
     step_s: float = Field(
         default=32.0, gt=0, le=60, description="longest integration step; shorter where the rate asks for it [s]"
     )

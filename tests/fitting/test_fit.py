@@ -126,6 +126,22 @@ def test_dark_start_is_left_out(exact):
     assert exact.attitude_rms_deg(result) <= 0.3
 
 
+def test_light_inside_the_computed_shadow_does_not_start_the_arc(exact):
+    """A reading in the shadow, before the Sun comes: the arc starts with the Sun, and the message counts oddities."""
+    lit = np.array(exact.truth["lit"])
+    dark = int(np.flatnonzero(~lit)[0])
+    data = exact.observations.since(dark)
+    currents = data.currents.copy()
+    currents[0, 0] = 0.05
+    sunrise = int(np.flatnonzero(lit[dark:])[0])
+    result = fit(dataclasses.replace(data, currents=currents), exact.nominal, exact.settings)
+    assert result.status == "converged" and result.t_s[0] == data.t[sunrise]
+    assert exact.attitude_rms_deg(result) <= 0.5
+    currents[sunrise + 2 : sunrise + 3] = 0.0
+    result = fit(dataclasses.replace(data, currents=currents), exact.nominal, exact.settings)
+    assert "1 samples left out where currents and computed shadow disagree" in result.message
+
+
 @pytest.fixture(scope="module")
 def limited():
     case = Case("c", EVERYTHING)
@@ -170,3 +186,6 @@ def test_tumbling_session_is_found_blind():
     case = Case("e", EVERYTHING)
     result = case.fit()
     assert result.status == "converged" and case.attitude_rms_deg(result) <= 1.5
+    # There is no specular light in this session: the factor stands at its bound, where it has no sigma.
+    specular = next(p for p in result.parameters if p.name == "albedo.specular")
+    assert specular.value == 0.0 and specular.sigma is None and specular.note == "at its bound"

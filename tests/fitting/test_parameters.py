@@ -1,5 +1,7 @@
 """Names of free parameters, the map to physical values, its gauge and its bounds."""
 
+import dataclasses
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -17,6 +19,7 @@ from fitting.parameters import (
     parametrization,
     parse_free,
 )
+from jaxsat.errors import InputError
 
 MAGNET = ("magnet.x", "magnet.y", "magnet.z")
 RODS = ("rods.y", "rods.z")
@@ -129,6 +132,19 @@ def test_gauges_hold_the_magnet_and_the_mean_gain_and_nothing_else():
     np.testing.assert_allclose(jacobian[:, :3] @ plain[:3], 0.0, atol=1e-16)
     np.testing.assert_allclose(jacobian[:, 12:18] @ plain[12:18], 0.0, atol=1e-15)
     assert np.linalg.matrix_rank(jacobian) == 18
+
+
+def test_the_gauge_binds_only_where_all_that_it_ties_is_free():
+    assert some("magnet,inertia").gauged and not some("magnet.y,inertia").gauged and not some("inertia,rods").gauged
+    partial = some("magnet.y,inertia.xx")
+    assert float(partial.values(jnp.array([2.0, 0.5]))[0]) == 0.3
+
+
+def test_no_magnet_cannot_hold_the_gauge():
+    without = dataclasses.replace(NOMINAL, magnet=np.zeros(3))
+    with pytest.raises(InputError, match="must hold their common scale"):
+        parametrization(without, parse_free("magnet,inertia"), PriorSigma())
+    assert not parametrization(without, parse_free("magnet"), PriorSigma()).gauged
 
 
 def test_bounds_are_those_of_physical_values():

@@ -42,8 +42,8 @@ class Minimum:
         starts = Starts(x, self.truth["q"][:1], np.zeros(1))
         self.refined = refine(self.problem, self.parameters, starts, weight, limiting=True, progress=lambda *_: None)
 
-    def summarize(self, refined: Refined | None = None):
-        return summarize(self.data.t, self.problem, self.parameters, refined or self.refined)
+    def summarize(self, refined: Refined | None = None, **options):
+        return summarize(self.data.t, self.problem, self.parameters, refined or self.refined, **options)
 
     def with_second(self, turn_deg: float, score: float) -> Refined:
         """A copy of the minimum turned about body x, whose score (half a chi2) lies `score` above the best."""
@@ -126,7 +126,9 @@ def test_the_same_motion_twice_is_one(minimum):
 
 
 def test_failures_are_not_converged(minimum):
-    points = eqx.tree_at(lambda p: p.decrement, minimum.refined.points, np.array([0.5]))
+    # A slope of one sigma in each direction: half a unit of cost for each, whatever the solver's damping says.
+    slope = np.sqrt(np.diagonal(minimum.refined.points.hessian, axis1=1, axis2=2))
+    points = eqx.tree_at(lambda p: p.gradient, minimum.refined.points, slope)
     stopped = dataclasses.replace(minimum.refined, points=points)
     result = minimum.summarize(stopped)
     assert result.status == "not_converged" and "stopped short" in result.message
@@ -134,7 +136,7 @@ def test_failures_are_not_converged(minimum):
     assert minimum.summarize(hopeless).status == "not_converged"
 
 
-def test_residuals_beyond_the_noise_are_not_converged_and_widen_the_sigmas(minimum, result):
+def test_residuals_beyond_the_noise_are_not_converged_and_leave_the_sigmas(minimum, result):
     residual = minimum.refined.points.prediction.residual
     wide = residual + 3.0 * np.sign(residual)
     points = eqx.tree_at(lambda p: p.prediction.residual, minimum.refined.points, wide)
@@ -142,7 +144,15 @@ def test_residuals_beyond_the_noise_are_not_converged_and_widen_the_sigmas(minim
     assert bad.status == "not_converged" and "times the noise" in bad.message
     ratio = bad.chi2 / bad.dof
     assert ratio > 4.0
-    np.testing.assert_allclose(bad.attitude_sigma_deg, np.sqrt(ratio) * result.attitude_sigma_deg, rtol=1e-9)
+    # Sigmas rest on the stated noise; the message says that it is not that of the data.
+    np.testing.assert_allclose(bad.attitude_sigma_deg, result.attitude_sigma_deg, rtol=1e-9)
+
+
+def test_a_shadow_that_contradicts_the_currents_is_said_and_then_not_converged(minimum):
+    few = minimum.summarize(minimum.refined, dark_disagreement=2)
+    assert few.status == "converged" and "2 samples left out where currents and computed shadow" in few.message
+    many = minimum.summarize(minimum.refined, dark_disagreement=30)
+    assert many.status == "not_converged" and "check epoch, orbit and Sun" in many.message
 
 
 def test_left_out_samples_are_counted(minimum):

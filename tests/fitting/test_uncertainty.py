@@ -100,7 +100,12 @@ def test_field_along_x_takes_the_larger_transverse_sigma(direction):
     assert field_angle_sigma(field, rotation_covariance[None])[0] == pytest.approx(2e-3)
 
 
-def test_blind_unknowns_do_not_spoil_the_attitude():
+def test_the_attitude_is_unknown_where_a_blind_unknown_moves_it():
     cov = np.diag([1e-6, np.inf])
-    result = attitude_covariance(np.ones((2, 3, 2)), cov)
-    np.testing.assert_allclose(result, 1e-6)
+    jacobian = np.ones((2, 3, 2))
+    jacobian[1, :, 1] = 0.0
+    result = attitude_covariance(jacobian, cov)
+    assert np.all(np.isinf(result[0]))
+    np.testing.assert_allclose(result[1], 1e-6)
+    sigma = field_angle_sigma(np.array([[0.0, 3e-5, 0.0]] * 2), result)
+    assert np.isinf(sigma[0]) and sigma[1] == pytest.approx(1e-3)
