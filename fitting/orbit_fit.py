@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
+import jax
 import numpy as np
 
 from fitting.equinoctial import (
@@ -125,6 +126,31 @@ def fit_orbit(
         iterations=iterations + more,
         converged=converged,
         message=message if converged else "did not converge: " + message,
+    )
+
+
+def given_orbit(
+    elements: dict[str, float], t_s: np.ndarray, position_eci_m: np.ndarray, *, mu: float = EARTH_MU
+) -> OrbitFit:
+    """An orbit that is known, in the form of a fitted one: keys of `ELEMENT_UNITS`, no sigma, residuals for judging."""
+    orbit = KeplerOrbit(**elements, mu=mu)
+    positions, _ = jax.jit(lambda t: jax.vmap(orbit)(t))(t_s)
+    residual = position_eci_m - np.asarray(positions)
+    rms = _rms(residual)
+    return OrbitFit(
+        orbit=orbit,
+        elements=elements,
+        sigma=dict.fromkeys(elements, math.nan),
+        time_of_perigee_s=(-elements["mean_anomaly"] % (2.0 * math.pi)) / float(orbit.mean_motion),
+        argument_of_latitude=argument_of_latitude(elements),
+        residual_before_m=residual,
+        residual_after_m=residual,
+        rms_before_m=rms,
+        rms_after_m=rms,
+        outlier=np.zeros(t_s.size, dtype=bool),
+        iterations=0,
+        converged=True,
+        message=f"given by the configuration, {rms / 1e3:.3f} km from the positions (RMS of a coordinate)",
     )
 
 

@@ -8,8 +8,7 @@ import numpy as np
 from fitting.fit import FitSettings
 from fitting.observations import Observations
 from fitting.parameters import Nominal, PriorSigma, parse_free
-from jaxsat.constants import EARTH_MU
-from jaxsat.environment import KeplerOrbit, apparent_sun, igrf_field
+from jaxsat.environment import apparent_sun, igrf_field
 from jaxsat.errors import InputError
 from jaxsat.telemetry.cleaning import check_usable
 from jaxsat.time import greenwich_angle
@@ -22,9 +21,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """Orbit, Earth's rotation and Sun of a session: found from it, or given by the configuration."""
+    """Earth's rotation and Sun of a session: found from it, or given by the configuration."""
 
-    orbit: KeplerOrbit
     greenwich_angle: float
     """At t = 0 [rad]."""
     sun_eci: np.ndarray
@@ -33,16 +31,15 @@ class Surroundings:
 
 def surroundings(session: "Session", orbit_fit: "OrbitFit", config: "Config") -> Surroundings:
     """What the configuration gives of `globP` in place of what `Start` finds."""
-    elements = config.orbit.elements(EARTH_MU)
-    orbit = orbit_fit.orbit if elements is None else KeplerOrbit(**elements)
-    perigee_s = -float(orbit.mean_anomaly) / float(orbit.mean_motion)
-    angle = config.earth.greenwich_angle(perigee_s)
+    # The passage that the configuration means, which need not be the first after t = 0.
+    perigee_s = config.orbit.time_of_perigee_s
+    angle = config.earth.greenwich_angle(orbit_fit.time_of_perigee_s if perigee_s is None else perigee_s)
     if config.sun.direction_eci is None:
         sun_eci, _ = apparent_sun(session.epoch, session.t_s)
     else:
         direction = np.array(config.sun.direction_eci)
         sun_eci = np.broadcast_to(direction / np.linalg.norm(direction), (len(session.t_s), 3))
-    return Surroundings(orbit, greenwich_angle(session.epoch) if angle is None else angle, sun_eci)
+    return Surroundings(greenwich_angle(session.epoch) if angle is None else angle, sun_eci)
 
 
 def observations(session: "Session", orbit_fit: "OrbitFit", config: "Config") -> Observations:
@@ -64,7 +61,7 @@ def observations(session: "Session", orbit_fit: "OrbitFit", config: "Config") ->
     return Observations(
         t=session.t_s[inside],
         currents=1e-3 * session.currents_mA[inside],
-        orbit=around.orbit,
+        orbit=orbit_fit.orbit,
         field=igrf_field(session.epoch.decimal_year()),
         greenwich_angle=around.greenwich_angle,
         earth_rotation_rate=config.earth.rotation_rate_rad_s,

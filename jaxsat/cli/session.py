@@ -15,7 +15,7 @@ BUNDLED = Path(__file__).parent.parent / "data" / "munin" / "b-specular50.RAW_SU
 
 @dataclass(frozen=True)
 class PreparedSession:
-    """A session after cleaning, with the orbit fitted to its positions."""
+    """A session after cleaning, with the orbit fitted to its positions or given by the configuration."""
 
     session: "Session"
     orbit_fit: "OrbitFit"
@@ -31,15 +31,20 @@ class PreparedSession:
 
 
 def prepare_session(path: Path, config: "Config") -> PreparedSession:
-    """Reads and cleans a RAW_SUN file and fits its orbit; raises `InputError` for what cannot be used."""
-    from fitting.orbit_fit import fit_orbit
+    """Reads and cleans a RAW_SUN file and fits its orbit, or takes the given one; raises `InputError`."""
+    from fitting.orbit_fit import fit_orbit, given_orbit
+    from jaxsat.constants import EARTH_MU
     from jaxsat.telemetry.cleaning import clean
     from jaxsat.telemetry.raw_sun import read_raw_sun
 
     session = clean(read_raw_sun(path), config.cleaning_settings())
     if config.time.zero_s:
         session = session.with_time_zero(config.time.zero_s)
-    orbit_fit = fit_orbit(session.t_s, session.position_eci_m, session.velocity_eci_m_s, file=path)
+    elements = config.orbit.elements(EARTH_MU)
+    if elements is None:
+        orbit_fit = fit_orbit(session.t_s, session.position_eci_m, session.velocity_eci_m_s, file=path)
+    else:
+        orbit_fit = given_orbit(elements, session.t_s, session.position_eci_m)
     bundled = path.resolve().parent == BUNDLED.resolve().parent
     telemetry = f"{path.name} (bundled, synthetic)" if bundled else str(path)
     label = f"{session.name} (bundled, synthetic)" if bundled else session.name

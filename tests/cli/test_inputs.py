@@ -67,8 +67,11 @@ def test_configuration_takes_the_place_of_what_is_found(prepared):
             "sun.direction_eci": [0.47176670, -0.80932067, -0.34990890],
         },
     )
-    around = surroundings(prepared.session, prepared.orbit_fit, config)
-    position, _ = around.orbit(jnp.asarray(3230.533197))
+    given = prepare_session(prepared.session.path, config)
+    around = surroundings(given.session, given.orbit_fit, config)
+    position, _ = given.orbit_fit.orbit(jnp.asarray(3230.533197))
+    # The exact session flew these elements, to the digits published.
+    assert given.orbit_fit.rms_after_m < 1.0 and "given by the configuration" in given.orbit_fit.message
     # At perigee: a (1 - e) from the centre.
     assert np.linalg.norm(position) == pytest.approx(7630026.457 * (1 - 0.072661), rel=1e-9)
     assert math.degrees(around.greenwich_angle) == pytest.approx(204.78 - 3230.533197 * 360.98564737 / 86400, abs=1e-4)
