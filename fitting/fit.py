@@ -10,7 +10,7 @@ import numpy as np
 
 from fitting.observations import Observations, build_problem
 from fitting.parameters import Nominal, PriorSigma, parametrization
-from fitting.problem import RATE_UNIT, Problem
+from fitting.problem import RATE_UNIT
 from fitting.refine import candidates, refine
 from fitting.result import FitResult
 from fitting.solvers.multi_start import Progress, Starts, compile_solver, grow
@@ -60,7 +60,7 @@ def fit(
     step = min(settings.step_s, rk4_step_for(max_rate, duration, COARSE_TOLERANCE))
     parameters = parametrization(nominal, settings.free, settings.prior)
     coarse = build_problem(observations, noise=noise, max_step=step)
-    bright, sunlit = _bright_and_sunlit(observations, coarse)
+    bright, sunlit = (each[: len(observations.t)] for each in (coarse.bright(), coarse.sunlit()))
     if (bright & sunlit).sum() < FIRST_ARC_LIT:
         raise InputError(
             f"only {(bright & sunlit).sum()} samples both outside the computed shadow and brighter than "
@@ -108,9 +108,3 @@ def fit(
     result = summarize(observations.t, fine, parameters, refined, dark_disagreement=int(np.sum(bright != sunlit)))
     timing = {"prepare": tabulated - began, "compile": compiled - tabulated, "solve": time.perf_counter() - compiled}
     return dataclasses.replace(result, timing_s=timing)
-
-
-def _bright_and_sunlit(observations: Observations, problem: Problem) -> tuple[np.ndarray, np.ndarray]:
-    """[time] whether some current stands out of the noise, and whether the sample is outside the computed shadow."""
-    bright = observations.currents.max(axis=1) > 3.0 * float(problem.noise)
-    return bright, np.asarray(problem.light.illumination)[: len(bright)] > 0.5

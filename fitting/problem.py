@@ -37,6 +37,14 @@ class Problem(eqx.Module):
     noise: Float[Array | np.ndarray, ""]
     """1-sigma of one current, quantisation included [A]."""
 
+    def bright(self) -> np.ndarray:
+        """[samples] whether some current stands three sigmas out of the noise, on the host."""
+        return np.asarray(self.measured).max(axis=1) > 3.0 * float(self.noise)
+
+    def sunlit(self) -> np.ndarray:
+        """[samples] whether the sample is outside the computed shadow, on the host."""
+        return np.asarray(self.light.illumination) > 0.5
+
 
 class Prediction(eqx.Module):
     """Whitened residuals of one trajectory and the attitude behind them."""

@@ -21,8 +21,6 @@ MAX_LEFT_OUT = 0.35
 ROBUST_SCALE, PLAIN = 3.0, 1e4
 MAX_MINIMA = 8
 """Minima compared on the whole arc."""
-CONVERGED_DECREMENT = 1e-2
-"""An undamped step would improve the cost by less than this: a tenth of a sigma in every direction."""
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 
 from fitting.parameters import MAGNET, MODEL, RODS, STATE, TO_UNIT, UNITS, Parametrization, build_model
 from fitting.problem import RATE_UNIT, Problem
-from fitting.refine import CONVERGED_DECREMENT, Refined
+from fitting.refine import Refined
 from fitting.result import AMBIGUOUS, CONVERGED, NOT_CONVERGED, FitResult, FittedParameter
 from fitting.stored import Stored
 from fitting.uncertainty import (
@@ -20,6 +20,8 @@ from fitting.uncertainty import (
 from jaxsat.math import angle_between, quaternion
 from jaxsat.sensors.solar_panels import direct_currents
 
+CONVERGED_DECREMENT = 1e-2
+"""An undamped step would improve the cost by less than this: a tenth of a sigma in every direction."""
 MAX_CHI2_PER_DOF = 4.0
 """Beyond this the minimum does not explain the data: residuals twice the stated noise."""
 AMBIGUOUS_CHI2 = 9.0
@@ -64,7 +66,6 @@ def summarize(
     x, names = best.x, parameters.names
     noise = float(problem.noise)
     measured = np.asarray(problem.measured)
-    bright = (measured.max(axis=1) > 3.0 * noise).sum()
     modelled = measured + prediction.residual * noise
     values, values_jacobian, direct, field_body, field_angle = (
         np.asarray(array) for array in describe(problem, parameters, x[len(STATE) :], prediction.quaternion)
@@ -124,7 +125,9 @@ def summarize(
     gradient = np.asarray(best.gradient)[finite]
     promise = 0.5 * float(gradient @ cov[np.ix_(finite, finite)] @ gradient)
     remarks = _remarks(refined, values, notes, dark_disagreement, ratio)
-    status, verdict = _verdict(float(best.cost), promise, ratio, refined, equals, dark_disagreement, int(bright))
+    status, verdict = _verdict(
+        float(best.cost), promise, ratio, refined, equals, dark_disagreement, int(problem.bright().sum())
+    )
     message = "; ".join([verdict, *remarks])
     rms = float(np.sqrt((residual**2).sum() / max(informative.sum(), 1)) * noise * 1e3)
     return FitResult(
@@ -147,7 +150,7 @@ def summarize(
         modelled_direct_mA=1e3 * direct[:n],
         weight=informative[:n].astype(float),
         limited=refined.limited[0][:n],
-        lit=np.asarray(problem.light.illumination)[:n] > 0.5,
+        lit=problem.sunlit()[:n],
         alternatives=alternatives,
     )
 
