@@ -23,3 +23,9 @@ SUN_RADIUS = 6.957e8
 
 AU = 149597870700.0
 """Astronomical unit [m] (IAU 2012 resolution B2)."""
+
+SOLAR_PRESSURE = 4.56e-6
+"""Pressure of sunlight at 1 AU on an absorbing surface that faces it [Pa] (Montenbruck & Gill 2000, section 3.4)."""
+
+VACUUM_PERMEABILITY = 1.25663706127e-6
+"""Magnetic constant mu0 [N/A^2] (CODATA 2022: Mohr et al. 2025)."""

@@ -5,8 +5,14 @@ import warnings
 from dataclasses import dataclass
 
 import erfa
+import numpy as np
+from jaxtyping import Float
 
 SECONDS_PER_DAY = 86400.0
+DAYS_PER_CENTURY = 36525.0
+"""Days of a Julian century."""
+J2000 = 2451545.0
+"""Julian date of the epoch J2000, 2000-01-01T12:00 TT [days]."""
 _FIRST_YEAR, _LAST_YEAR = 1960, 2200
 
 
@@ -70,6 +76,22 @@ class Epoch:
         tt1, tt2 = erfa.taitt(*self.tai())
         return float(tt1), float(tt2)
 
+    def tt_centuries(self) -> float:
+        """Return Terrestrial Time in Julian centuries since J2000, the argument of the series of Sun and Moon."""
+        tt1, tt2 = self.tt()
+        return ((tt1 - J2000) + tt2) / DAYS_PER_CENTURY
+
+    def ut1(self, ut1_minus_utc: int | float = 0.0) -> tuple[float, float]:
+        """Return Universal Time UT1 as a two-part Julian date [days]; `ut1_minus_utc` [s] is published by the IERS.
+
+        Raises ValueError unless it lies within 1 s of zero, as UT1 - UTC does by definition of UTC.
+        """
+        if not -1.0 < ut1_minus_utc < 1.0:
+            raise ValueError(f"ut1_minus_utc must be within 1 s of zero, got {ut1_minus_utc}")
+        with _undoubting():
+            ut11, ut12 = erfa.utcut1(self.utc1, self.utc2, ut1_minus_utc)
+        return float(ut11), float(ut12)
+
     def shifted(self, seconds: int | float) -> "Epoch":
         """Return the epoch `seconds` SI seconds later, leap seconds counted."""
         tai1, tai2 = self.tai()
@@ -82,13 +104,36 @@ class Epoch:
         return ((a[0] - b[0]) + (a[1] - b[1])) * SECONDS_PER_DAY
 
 
-def greenwich_angle(epoch: Epoch) -> float:
+def greenwich_angle(epoch: Epoch, ut1_minus_utc: int | float = 0.0) -> float:
     """Return Greenwich apparent sidereal time [rad, 0..2 pi): the angle from the true equinox of date to Greenwich.
 
-    IAU 2006/2000A (Capitaine et al. 2003; ERFA gst06a). UT1 is taken as UTC, which differs from it by less than
-    0.9 s: an error below 0.004 deg in longitude.
+    IAU 2006/2000A (Capitaine et al. 2003; ERFA gst06a). Where UT1 - UTC [s] is not given UT1 is taken as UTC, which
+    differs from it by less than 0.9 s: an error below 0.004 deg in longitude.
     """
-    return float(erfa.gst06a(epoch.utc1, epoch.utc2, *epoch.tt())) % (2.0 * math.pi)
+    return float(erfa.gst06a(*epoch.ut1(ut1_minus_utc), *epoch.tt())) % (2.0 * math.pi)
+
+
+def greenwich_angles(
+    epoch: Epoch, t_s: Float[np.ndarray, "n"], ut1_minus_utc: int | float = 0.0
+) -> Float[np.ndarray, "n"]:
+    """Return Greenwich apparent sidereal time [rad, 0..2 pi) `t_s` SI seconds after an epoch.
+
+    UT1 - UTC [s] holds at the epoch, from where UT1 runs on at one second a second, leap seconds or not; days that are
+    1 ms too long, as many are, make 7e-8 rad a day.
+    """
+    (ut11, ut12), (tt1, tt2), days = epoch.ut1(ut1_minus_utc), epoch.tt(), np.asarray(t_s, float) / SECONDS_PER_DAY
+    return erfa.gst06a(ut11, ut12 + days, tt1, tt2 + days) % (2.0 * math.pi)
+
+
+def equinox_difference(epoch: Epoch, ut1_minus_utc: int | float = 0.0) -> float:
+    """Return the right ascension from the true equinox of date less that from the mean equinox of SGP4 [rad].
+
+    Apparent sidereal time of 2006 less the mean sidereal time of 1982, from which SGP4's frame is counted (Vallado et
+    al. 2006, appendix C), so that places over the turning Earth are kept: the equation of the equinoxes, but for the
+    precession constants of 1976 and 2006, which differ by 0.3" a century.
+    """
+    ut1 = epoch.ut1(ut1_minus_utc)
+    return math.remainder(float(erfa.gst06a(*ut1, *epoch.tt())) - float(erfa.gmst82(*ut1)), 2.0 * math.pi)
 
 
 def _undoubting() -> warnings.catch_warnings:

@@ -2,9 +2,12 @@
 
 import math
 
+import erfa
+import numpy as np
 import pytest
 
-from jaxsat.time import Epoch, greenwich_angle
+from jaxsat.constants import EARTH_ROTATION_RATE
+from jaxsat.time import Epoch, equinox_difference, greenwich_angle, greenwich_angles
 
 MUNIN = Epoch.from_utc(2001, 1, 18, 4, 54, 15)
 
@@ -69,3 +72,41 @@ def test_refuses_what_is_no_utc(fields, named):
 
 def test_second_60_on_a_real_leap_second_of_june():
     assert Epoch.from_utc(2015, 6, 30, 23, 59, 60).iso(0) == "2015-06-30T23:59:60"
+
+
+def test_centuries_of_the_almanac():
+    # Meeus 1998, example 25.a: 1992 October 13, 0h TD is T = -0.072183436; TD - UTC = 59.184 s.
+    epoch = Epoch.from_utc(1992, 10, 12, 23, 59, 0.816)
+    assert epoch.tt_centuries() == pytest.approx(-0.072183436, abs=5e-10)
+
+
+def test_ut1_moves_greenwich():
+    # Vallado 2013, example 3-15: apparent sidereal time by the theories of 1976-1982, within 0.05" of those of 2006.
+    epoch = Epoch.from_utc(2004, 4, 6, 7, 51, 28.386009)
+    assert math.degrees(greenwich_angle(epoch, -0.4399619)) == pytest.approx(312.8067654, abs=2e-5)
+    moved = greenwich_angle(epoch, -0.4399619) - greenwich_angle(epoch)
+    # The angle of half a second is 3e-5 rad; nutation moves by 5e-12 rad in it.
+    assert moved == pytest.approx(-0.4399619 * EARTH_ROTATION_RATE, abs=1e-11)
+    for bad in (1.0, -440.0, math.nan):
+        with pytest.raises(ValueError, match="^ut1_minus_utc must"):
+            greenwich_angle(epoch, bad)
+
+
+def test_greenwich_runs_on_through_a_leap_second():
+    epoch = Epoch.from_utc(2016, 12, 31, 12)
+    t_s = np.array([-7200.0, 0.0, 43199.0, 43200.0, 43201.0, 86400.0])
+    angles = greenwich_angles(epoch, t_s, 0.3)
+    assert angles[1] == pytest.approx(greenwich_angle(epoch, 0.3), abs=1e-12)
+    # Uniform to 1e-6 rad a day by nutation; one second of UTC left in or out would be 7e-5 rad.
+    away = (angles - angles[1] - EARTH_ROTATION_RATE * t_s + math.pi) % (2 * math.pi) - math.pi
+    assert np.max(np.abs(away)) < 1e-6
+    # After it UT1 - UTC is one second more.
+    later = greenwich_angle(epoch.shifted(86401.0), 0.6)
+    assert later == pytest.approx(greenwich_angles(epoch, np.array([86401.0]), -0.4)[0], abs=1e-10)
+
+
+def test_equinox_difference():
+    for year in (1995, 2004, 2020):
+        epoch = Epoch.from_utc(year, 4, 6, 7, 51, 28.386009)
+        # The equation of the equinoxes of 1994 on the precession of 1976: 0.3" a century of difference.
+        assert equinox_difference(epoch) == pytest.approx(float(erfa.eqeq94(*epoch.tt())), abs=math.radians(0.1 / 3600))

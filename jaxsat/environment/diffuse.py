@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxsat.constants import EARTH_RADIUS_MEAN
+from jaxsat.environment.reflectivity import AbstractReflectivity, UniformReflectivity
 from jaxsat.math import float_array, unit
 
 _GOLDEN = 0.6180339887498949
@@ -24,8 +25,21 @@ def diffuse_albedo(
     A panel of normal n has the current reflectivity * sum_k w_k max(0, n . d_k) over that of direct normal sunlight:
     the integral of mu_sun (n . d)/pi over the solid angle of the Earth (Lambert's law; Knocke 1988, section 2.1, with
     constant reflectivity). Rings are Gauss-Legendre nodes in the angle of emission, azimuths fill the lit arc of each
-    ring. 10 x 20 agree with the full integral to 0.1 % of the best-placed panel's current, for any panel.
+    ring. 10 x 20 agree with the full integral to 0.1 % of the best-placed panel's current, for any panel, and as well
+    with weights times the reflectivity of Knocke's zones.
     """
+    directions, weights, _ = lit_patches(position_eci, sun_eci, radius, rings, azimuths)
+    return directions, weights
+
+
+def lit_patches(
+    position_eci: Float[Array, "3"],
+    sun_eci: Float[Array, "3"],
+    radius: float | Float[Array, ""],
+    rings: int,
+    azimuths: int,
+) -> tuple[Float[Array, "k 3"], Float[Array, "k"], Float[Array, "k 3"]]:
+    """Return directions and weights of `diffuse_albedo`, and unit vectors from the Earth's centre to the patches."""
     distance = jnp.linalg.norm(position_eci)
     vertical = position_eci / distance
     ratio = distance / radius
@@ -58,7 +72,9 @@ def diffuse_albedo(
 
     basis = jnp.stack([towards_sun, across, -vertical])
     local = jnp.stack([sin_eta * jnp.cos(psi), sin_eta * jnp.sin(psi), cos_eta * jnp.ones_like(psi)], axis=-1)
-    return local.reshape(-1, 3) @ basis, weights.reshape(-1)
+    directions = local.reshape(-1, 3) @ basis
+    reach = jnp.repeat(ratio * cos_eta - jnp.cos(z), azimuths, axis=0)
+    return directions, weights.reshape(-1), ratio * vertical[None, :] + reach * directions
 
 
 def _horizontal_axes(vertical, sun_eci):
@@ -91,7 +107,7 @@ def _azimuth_fractions(rings: int, azimuths: int) -> np.ndarray:
 
 
 class DiffuseAlbedo(eqx.Module):
-    """Lambert sphere of reflectivity one, seen as rings x azimuths directions."""
+    """Lambert sphere seen as rings x azimuths directions; reflectivity one, or that of each patch."""
 
     radius: Float[Array, ""] = eqx.field(converter=float_array, default=EARTH_RADIUS_MEAN)
     """Radius of the sphere [m]."""
@@ -99,13 +115,16 @@ class DiffuseAlbedo(eqx.Module):
     """Rings from the nadir to the limb."""
     azimuths: int = eqx.field(static=True, default=20)
     """Directions in each ring."""
+    reflectivity: AbstractReflectivity = eqx.field(default_factory=UniformReflectivity)
+    """Share of the light that each patch scatters; a common scale is the panels' business, where it can be fitted."""
 
     def __check_init__(self):
         if self.rings < 1 or self.azimuths < 3:
             raise ValueError(f"rings and azimuths must be at least 1 and 3, got {self.rings} and {self.azimuths}")
 
     def __call__(
-        self, position_eci: Float[Array, "3"], sun_eci: Float[Array, "3"]
+        self, position_eci: Float[Array, "3"], sun_eci: Float[Array, "3"], t: float | Float[Array, ""] = 0.0
     ) -> tuple[Float[Array, "k 3"], Float[Array, "k"]]:
-        """Return directions and weights, see `diffuse_albedo`."""
-        return diffuse_albedo(position_eci, sun_eci, self.radius, self.rings, self.azimuths)
+        """Return directions, and weights times the reflectivity at `t` [s], see `diffuse_albedo`."""
+        directions, weights, ground = lit_patches(position_eci, sun_eci, self.radius, self.rings, self.azimuths)
+        return directions, weights * self.reflectivity(ground, t)

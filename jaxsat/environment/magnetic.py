@@ -1,20 +1,24 @@
-"""The Earth's main magnetic field: IGRF-14, or any internal field in Schmidt semi-normalised coefficients."""
+"""The Earth's main magnetic field: IGRF-14, any internal field in Schmidt coefficients, or a centred dipole."""
 
 import datetime
 import functools
 import math
+from abc import abstractmethod
 from importlib import resources
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Inexact
 
 from jaxsat.constants import EARTH_RADIUS_MEAN
-from jaxsat.math import float_array
+from jaxsat.frames import dcm_eci_from_ecef
+from jaxsat.math import float_array, gradient_coefficients, harmonic_sums
 
 TESLA_PER_NANOTESLA = 1e-9
+
+MU0_OVER_4PI = 1e-7
+"""Magnetic constant over 4 pi [T m/A]; the SI of 2019 differs by 6e-10 of it (CODATA 2018: Tiesinga et al. 2021)."""
 
 
 def igrf_coefficients(decimal_year: int | float) -> tuple[Float[np.ndarray, "14 14"], Float[np.ndarray, "14 14"]]:
@@ -34,8 +38,9 @@ def igrf_coefficients(decimal_year: int | float) -> tuple[Float[np.ndarray, "14 
 
 
 def _days(decimal_year: int | float) -> float:
+    """Days since the year 0."""
     year = int(decimal_year)
-    start, end = (datetime.date(y, 1, 1).toordinal() for y in (year, year + 1))
+    start, end = (float(datetime.date(y, 1, 1).toordinal()) for y in (year, year + 1))
     return start + (decimal_year - year) * (end - start)
 
 
@@ -51,52 +56,36 @@ def _igrf_table() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return np.array(years, float), g, h
 
 
-def solid_harmonics(
-    position: Float[Array, "3"], radius: float | Float[Array, ""], degree: int
-) -> Float[Array, "n 2 m"]:
-    """Return V_nm and W_nm, (R/r)^(n+1) P_nm(sin latitude) (cos, sin)(m longitude), Schmidt semi-normalised.
-
-    Cartesian recursion (Cunningham 1970; Montenbruck & Gill 2000, eqs. 3.29-3.31), regular at the poles, with the
-    powers (x + i y)^m kept apart: what remains is a polynomial in z. One row of all orders per degree, so that the
-    traced program is one step long whatever the degree.
-    """
-    scale = radius / jnp.sum(position * position)
-    x, y, z = position * scale
-    rho2 = radius * scale
-
-    def next_degree(carry, coefficients):
-        last, before_last, cosine, sine = carry
-        vertical, backward, sectoral = coefficients
-        row = vertical * (z * last) - backward * (rho2 * before_last) + sectoral
-        cosine, sine = x * cosine - y * sine, y * cosine + x * sine
-        return (row, last, cosine, sine), (row, jnp.stack([cosine, sine]))
-
-    monopole = jnp.zeros(degree + 1, position.dtype).at[0].set(1.0)
-    power = jnp.stack([jnp.sqrt(rho2), jnp.zeros_like(rho2)])
-    start = (monopole, jnp.zeros_like(monopole), power[0], power[1])
-    tables = [jnp.asarray(table, position.dtype) for table in _recursion_tables(degree)]
-    _, (rows, powers) = jax.lax.scan(next_degree, start, tables)
-    rows = jnp.concatenate([monopole[None], rows])
-    powers = jnp.concatenate([power[None], powers])
-    return rows[:, None, :] * powers.T[None]
-
-
 def internal_field(
     position_ecef: Float[Array, "3"], g: Float[Array, "n n"], h: Float[Array, "n n"], radius: float | Float[Array, ""]
 ) -> Float[Array, "3"]:
     """Return the field [T] of an internal source, Earth-fixed Cartesian components, outside the reference sphere.
 
-    B = -grad R sum (R/r)^(n+1) P_nm (g_nm cos m lambda + h_nm sin m lambda) (Alken et al. 2021, eq. 1), the gradient
-    as a linear map on the harmonics of the next degree (Montenbruck & Gill 2000, eq. 3.33, without its factor mu/R^2).
+    B = -grad R sum (R/r)^(n+1) P_nm (g_nm cos m lambda + h_nm sin m lambda) (Alken et al. 2021, eq. 1).
     """
-    degree = g.shape[0] - 1
-    harmonics = solid_harmonics(position_ecef, radius, degree + 1)[1:]
-    # The weights do not depend on position: under vmap they are computed once and this is a matrix product.
-    weights = _field_weights(g, h).reshape(3, -1)
-    return jnp.matmul(weights, harmonics.reshape(-1), precision="highest")
+    return harmonic_sums(position_ecef, -gradient_coefficients(jnp.stack([g, h])), radius)
 
 
-class InternalField(eqx.Module):
+def dipole_field(position: Inexact[Array, "3"], moment: Inexact[Array, "3"]) -> Inexact[Array, "3"]:
+    """Return mu0/(4 pi r^3) (3 (m . e) e - m) [T], the field of a dipole [A m^2] at the origin.
+
+    Source: Jackson 1999, eq. 5.56. Both may be complex, for derivatives by complex step.
+    """
+    r2 = jnp.sum(position * position)
+    r = jnp.sqrt(r2)
+    direction = position / r
+    return MU0_OVER_4PI / (r2 * r) * (3.0 * jnp.sum(moment * direction) * direction - moment)
+
+
+class AbstractMagneticField(eqx.Module):
+    """A magnetic field that turns with the Earth."""
+
+    @abstractmethod
+    def __call__(self, position_ecef: Float[Array, "3"]) -> Float[Array, "3"]:
+        """Return the field [T] at an Earth-fixed position [m], Earth-fixed components."""
+
+
+class InternalField(AbstractMagneticField):
     """Magnetic field of an internal source; degree one is a centred dipole, more is the main field."""
 
     g: Float[Array, "n n"]
@@ -111,6 +100,17 @@ class InternalField(eqx.Module):
         return internal_field(position_ecef, self.g, self.h, self.radius)
 
 
+class CentredDipole(AbstractMagneticField):
+    """Magnetic field of a dipole at the Earth's centre, along the axis of rotation or tilted."""
+
+    moment: Float[Array, "3"] = eqx.field(converter=float_array)
+    """Dipole moment, Earth-fixed axes [A m^2]; the Earth's points south."""
+
+    def __call__(self, position_ecef: Float[Array, "3"]) -> Float[Array, "3"]:
+        """Return the field [T] at an Earth-fixed position [m], Earth-fixed components."""
+        return dipole_field(position_ecef, self.moment)
+
+
 def igrf_field(decimal_year: int | float, *, degree: int = 13) -> InternalField:
     """Return the IGRF-14 field at a date, cut off at `degree` (1 to 13; 1 is the centred tilted dipole)."""
     if not 1 <= degree <= 13:
@@ -119,60 +119,27 @@ def igrf_field(decimal_year: int | float, *, degree: int = 13) -> InternalField:
     return InternalField(*(jnp.asarray(c[: degree + 1, : degree + 1]) for c in (g, h)))
 
 
+def igrf_dipole(decimal_year: int | float) -> CentredDipole:
+    """Return the dipole of the IGRF-14 at a date, m = 4 pi R^3/mu0 (g11, h11, g10): its degree one in closed form."""
+    g, h = igrf_coefficients(decimal_year)
+    return CentredDipole(EARTH_RADIUS_MEAN**3 / MU0_OVER_4PI * np.array([g[1, 1], h[1, 1], g[1, 0]]))
+
+
+def dipole_from_pole(moment: int | float, *, latitude: int | float, longitude: int | float) -> CentredDipole:
+    """Return the dipole of a strength [A m^2] whose north geomagnetic pole is at a geocentric place [rad].
+
+    That pole is where the axis leaves the northern hemisphere, the south pole of the magnet (Alken et al. 2021):
+    latitude pi/2 is the axial dipole.
+    """
+    across = math.cos(latitude)
+    pole = np.array([across * math.cos(longitude), across * math.sin(longitude), math.sin(latitude)])
+    return CentredDipole(-moment * pole)
+
+
 def magnetic_field_eci(
-    field: InternalField, position_eci: Float[Array, "3"], greenwich_angle: float | Float[Array, ""]
+    field: AbstractMagneticField, position_eci: Float[Array, "3"], greenwich_angle: float | Float[Array, ""]
 ) -> Float[Array, "3"]:
     """Return the field [T] at an inertial position [m], inertial components; Greenwich angle in rad."""
-    c, s = jnp.cos(greenwich_angle), jnp.sin(greenwich_angle)
-    zero, one = jnp.zeros_like(c), jnp.ones_like(c)
-    dcm_eci_from_ecef = jnp.stack([c, -s, zero, s, c, zero, zero, zero, one]).reshape(3, 3)
-    return dcm_eci_from_ecef @ field(position_eci @ dcm_eci_from_ecef)
-
-
-@functools.cache
-def _schmidt_factors(degree: int) -> np.ndarray:
-    """Factor from unnormalised to Schmidt semi-normalised P_nm, without the Condon-Shortley sign; zero above n."""
-    factors = np.zeros((degree + 1, degree + 1))
-    for n in range(degree + 1):
-        for m in range(n + 1):
-            factors[n, m] = math.sqrt((1 if m == 0 else 2) * math.factorial(n - m) / math.factorial(n + m))
-    return factors
-
-
-@functools.cache
-def _recursion_tables(degree: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Over degrees 1..degree, orders 0..degree: factors of the row below and of the next one, and P_nn / cos^n."""
-    f = _schmidt_factors(degree)
-    vertical, backward, sectoral = np.zeros((3, degree, degree + 1))
-    for n in range(1, degree + 1):
-        for m in range(n):
-            vertical[n - 1, m] = (2 * n - 1) / (n - m) * f[n, m] / f[n - 1, m]
-            if m <= n - 2:
-                backward[n - 1, m] = (n + m - 1) / (n - m) * f[n, m] / f[n - 2, m]
-        sectoral[n - 1, n] = f[n, n] * math.prod(range(1, 2 * n, 2))
-    return vertical, backward, sectoral
-
-
-def _field_weights(g: Float[Array, "n n"], h: Float[Array, "n n"]) -> Float[Array, "3 n 2 m"]:
-    """Weights of (V, W) of degrees 1.. on the field components, from coefficients of one degree less."""
-    higher, lower, level = (jnp.asarray(table, g.dtype) for table in _gradient_tables(g.shape[0] - 1))
-    up = lambda c: jnp.pad(higher * c, ((0, 0), (1, 0)))  # noqa: E731  order m feeds harmonic order m + 1
-    down = lambda c: jnp.pad((lower * c)[:, 1:], ((0, 0), (0, 2)))  # noqa: E731  order m feeds harmonic order m - 1
-    along_x = jnp.stack([up(g) - down(g), up(h) - down(h)], axis=1)
-    along_y = jnp.stack([-up(h) - down(h), up(g) + down(g)], axis=1)
-    along_z = jnp.pad(jnp.stack([level * g, level * h], axis=1), ((0, 0), (0, 0), (0, 1)))
-    return jnp.stack([along_x, along_y, along_z])
-
-
-@functools.cache
-def _gradient_tables(degree: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Factors of coefficient (n, m) on harmonic (n + 1, m + 1), (n + 1, m - 1) and (n + 1, m), all normalised."""
-    f = _schmidt_factors(degree + 1)
-    higher, lower, level = np.zeros((3, degree + 1, degree + 1))
-    for n in range(degree + 1):
-        for m in range(n + 1):
-            higher[n, m] = (1.0 if m == 0 else 0.5) * f[n, m] / f[n + 1, m + 1]
-            level[n, m] = (n - m + 1) * f[n, m] / f[n + 1, m]
-            if m > 0:
-                lower[n, m] = 0.5 * (n - m + 2) * (n - m + 1) * f[n, m] / f[n + 1, m - 1]
-    return higher, lower, level
+    dcm = dcm_eci_from_ecef(greenwich_angle)
+    position_ecef = jnp.matmul(position_eci, dcm, precision="highest")
+    return jnp.matmul(dcm, field(position_ecef), precision="highest")

@@ -14,7 +14,8 @@ def cylinder_illumination(
 ) -> Float[Array, ""]:
     """Return 1 in sunlight and 0 in the cylinder of `radius` [m] behind the Earth; `sun_eci` is a unit vector.
 
-    Exact and therefore without slope: its gradient is zero.
+    Exact and therefore without slope: its gradient is zero. The Earth is a sphere: its flattening, 21 km, moves the
+    edges by a few seconds in a low orbit.
     """
     along = jnp.dot(position_eci, sun_eci)
     across = position_eci - along * sun_eci
@@ -33,7 +34,8 @@ def cone_illumination(
     """Return the visible fraction of the Sun's disk, 0 in the umbra to 1 in full light (all lengths in m).
 
     Apparent radii a of the Sun and b of the Earth, c between their centres: 1 - lens(a, b, c)/(pi a^2)
-    (Montenbruck & Gill 2000, eqs. 3.85-3.94), annular eclipse included.
+    (Montenbruck & Gill 2000, eqs. 3.85-3.94), annular eclipse included. Flat disks instead of caps of the sky cost
+    3e-4 of the light in low orbits, 3e-5 in the geostationary one. A spherical Earth without atmosphere.
     """
     to_sun = sun_distance * sun_eci - position_eci
     a = jnp.arcsin(sun_radius / jnp.linalg.norm(to_sun))

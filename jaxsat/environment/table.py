@@ -1,25 +1,41 @@
 """Everything that does not depend on attitude, evaluated once at the integrator's nodes."""
 
+from collections.abc import Callable
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
-from jaxsat.constants import EARTH_ROTATION_RATE
+from jaxsat.constants import AU, EARTH_ROTATION_RATE, SOLAR_PRESSURE
+from jaxsat.environment.atmosphere import ExponentialAtmosphere, air_velocity_eci
 from jaxsat.environment.diffuse import DiffuseAlbedo
-from jaxsat.environment.magnetic import InternalField, magnetic_field_eci
-from jaxsat.environment.orbit import KeplerOrbit
+from jaxsat.environment.magnetic import AbstractMagneticField, magnetic_field_eci
 from jaxsat.environment.shadow import ConeShadow, CylinderShadow
 from jaxsat.environment.specular import SpecularAlbedo
 
+Orbit = Callable[[Float[Array, ""]], tuple[Float[Array, "3"], Float[Array, "3"]]]
+"""Position [m] and velocity [m/s], inertial frame, of a time [s]."""
+
 
 class OrbitTable(eqx.Module):
-    """Position and magnetic field along an orbit: what torques and the magnetometer read."""
+    """What the torques and the magnetometer read along an orbit; entries that no torque asked for stay None."""
 
     position_eci: Float[Array, "*times 3"]
     """Position, inertial frame [m]."""
     b_field_eci: Float[Array, "*times 3"]
     """Magnetic field, inertial components [T]."""
+    b_rate_eci: Float[Array, "*times 3"] | None = None
+    """Rate of the inertial components of the field along the orbit [T/s]."""
+    air_velocity_eci: Float[Array, "*times 3"] | None = None
+    """Velocity of the satellite against air that turns with the Earth, inertial components [m/s]."""
+    air_density: Float[Array, "*times"] | None = None
+    """[kg/m^3]."""
+    sun_eci: Float[Array, "*times 3"] | None = None
+    """Unit vector to the Sun, inertial frame."""
+    solar_pressure: Float[Array, "*times"] | None = None
+    """Pressure of the sunlight on a black surface facing it, eclipse included [Pa]."""
 
 
 class LightTable(eqx.Module):
@@ -36,28 +52,74 @@ class LightTable(eqx.Module):
     diffuse_direction_eci: Float[Array, "*times k 3"]
     """Unit vectors from the satellite to patches of the Earth."""
     diffuse_weight: Float[Array, "*times k"]
-    """Current of a panel facing the patch over that of direct sunlight, for reflectivity one."""
+    """Current of a panel facing the patch over that of direct sunlight, for reflectivity one or the zonal one."""
 
 
 def tabulate_orbit(
-    orbit: KeplerOrbit,
+    orbit: Orbit,
     times: Float[Array, "n"],
-    field: InternalField,
+    field: AbstractMagneticField,
     greenwich_angle_0: float | Float[Array, ""],
     earth_rotation_rate: float | Float[Array, ""] = EARTH_ROTATION_RATE,
+    *,
+    field_rate: bool = False,
+    atmosphere: ExponentialAtmosphere | None = None,
+    sun_eci: Float[Array | np.ndarray, "n 3"] | None = None,
+    sun_distance: int | float | Float[Array | np.ndarray, "n"] = AU,
+    shadow: CylinderShadow | ConeShadow | None = None,
 ) -> OrbitTable:
-    """Return position and field at `times` [s]; the Greenwich angle [rad] is `greenwich_angle_0` at t = 0."""
+    """Return position and field at `times` [s]; the Greenwich angle [rad] is `greenwich_angle_0` at t = 0.
 
-    def at(t):
-        position_eci, _ = orbit(t)
-        greenwich_angle = greenwich_angle_0 + earth_rotation_rate * t
-        return OrbitTable(position_eci, magnetic_field_eci(field, position_eci, greenwich_angle))
+    On request also the field's rate, which hysteresis rods need; density and velocity of the air, for drag; and, for
+    unit vectors `sun_eci` to the Sun at the same times and its distance [m], the pressure of its light, by default
+    with the penumbra of a `ConeShadow`. The options are static: compile with `equinox.filter_jit`.
+    """
+    if shadow is not None and sun_eci is None:
+        raise ValueError("tabulate_orbit: shadow is given without sun_eci, the unit vectors to the Sun at `times`")
 
-    return jax.vmap(at)(times)
+    def at(t, sun, distance):
+        position, velocity = orbit(t)
+        angle = greenwich_angle_0 + earth_rotation_rate * t
+        b_field, b_rate = _field_and_rate(field, position, velocity, angle, earth_rotation_rate, with_rate=field_rate)
+        air_velocity = None if atmosphere is None else air_velocity_eci(position, velocity, earth_rotation_rate)
+        return OrbitTable(
+            position_eci=position,
+            b_field_eci=b_field,
+            b_rate_eci=b_rate,
+            air_velocity_eci=air_velocity,
+            air_density=None if atmosphere is None else atmosphere(position),
+            sun_eci=sun,
+            solar_pressure=None if sun is None else solar_pressure(position, sun, distance, shadow or ConeShadow()),
+        )
+
+    sun = None if sun_eci is None else jnp.asarray(sun_eci)
+    distance = None if sun is None else jnp.broadcast_to(jnp.asarray(sun_distance, sun.dtype), times.shape)
+    return jax.vmap(at)(times, sun, distance)
+
+
+def _field_and_rate(field, position, velocity, greenwich_angle, rotation_rate, *, with_rate):
+    if not with_rate:
+        return magnetic_field_eci(field, position, greenwich_angle), None
+    # Through the velocity, not through orbit(t): an interpolated or foreign orbit need not be differentiable in time.
+    return jax.jvp(
+        lambda r, angle: magnetic_field_eci(field, r, angle),
+        (position, greenwich_angle),
+        (velocity, rotation_rate * jnp.ones_like(greenwich_angle)),
+    )
+
+
+def solar_pressure(
+    position_eci: Float[Array, "3"],
+    sun_eci: Float[Array, "3"],
+    sun_distance: float | Float[Array, ""],
+    shadow: CylinderShadow | ConeShadow,
+) -> Float[Array, ""]:
+    """Return `SOLAR_PRESSURE` (AU / distance)^2 times the visible share of the Sun [Pa]; `sun_eci` is a unit vector."""
+    return SOLAR_PRESSURE * (AU / sun_distance) ** 2 * shadow(position_eci, sun_eci)
 
 
 def tabulate_light(
-    orbit: KeplerOrbit,
+    orbit: Orbit,
     times: Float[Array, "n"],
     sun_eci: Float[Array, "*times 3"],
     *,
@@ -73,6 +135,6 @@ def tabulate_light(
 
     def at(t, sun):
         position_eci, _ = orbit(t)
-        return LightTable(sun, shadow(position_eci, sun), *specular(position_eci, sun), *diffuse(position_eci, sun))
+        return LightTable(sun, shadow(position_eci, sun), *specular(position_eci, sun), *diffuse(position_eci, sun, t))
 
     return jax.vmap(at)(times, jnp.asarray(sun_eci))

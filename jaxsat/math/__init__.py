@@ -1,7 +1,9 @@
-"""Quaternions and safe vector functions."""
+"""Quaternions, safe vector functions, sums of spherical harmonics."""
 
 from jaxsat.math import quaternion as quaternion
 from jaxsat.math.arrays import float_array as float_array
+from jaxsat.math.harmonics import gradient_coefficients as gradient_coefficients
+from jaxsat.math.harmonics import harmonic_sums as harmonic_sums
 from jaxsat.math.matrix import inverse_3x3 as inverse_3x3
 from jaxsat.math.vector import angle_between as angle_between
 from jaxsat.math.vector import cross as cross

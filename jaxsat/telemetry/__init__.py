@@ -5,5 +5,8 @@ from jaxsat.telemetry.cleaning import Rejection as Rejection
 from jaxsat.telemetry.cleaning import Session as Session
 from jaxsat.telemetry.cleaning import check_usable as check_usable
 from jaxsat.telemetry.cleaning import clean as clean
+from jaxsat.telemetry.element_sets import ElementSet as ElementSet
+from jaxsat.telemetry.element_sets import nearest_element_set as nearest_element_set
+from jaxsat.telemetry.element_sets import read_element_sets as read_element_sets
 from jaxsat.telemetry.raw_sun import RawSunFile as RawSunFile
 from jaxsat.telemetry.raw_sun import read_raw_sun as read_raw_sun

@@ -6,13 +6,30 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxsat.environment import InternalField, igrf_coefficients, igrf_field, magnetic_field_eci
+from jaxsat.environment import (
+    InternalField,
+    dipole_field,
+    dipole_from_pole,
+    igrf_coefficients,
+    igrf_dipole,
+    igrf_field,
+    magnetic_field_eci,
+)
 from jaxsat.time import Epoch
 
 evaluate = eqx.filter_jit(lambda field, point: field(point))
+complex_dipole = jax.jit(dipole_field)
 differentiate = eqx.filter_jit(lambda field, point: jax.jacfwd(field)(point))
 
-POINTS = [[0.0, 0.0, 7.0e6], [0.0, 0.0, -7.0e6], [7.2e6, 0.0, 0.0], [-3.1e6, 5.5e6, 4.0e6]]
+# The poles, a metre and ten kilometres from one, the equator, anywhere.
+POINTS = [
+    [0.0, 0.0, 7.0e6],
+    [0.0, 0.0, -7.0e6],
+    [7.2e6, 0.0, 0.0],
+    [-3.1e6, 5.5e6, 4.0e6],
+    [0.6, -0.8, 7.0e6],
+    [6.0e3, 8.0e3, -7.0e6],
+]
 
 
 def spherical_components(field, r_km, colatitude_deg, longitude_deg):
@@ -35,21 +52,102 @@ def test_igrf_14_check_values(r_km, colatitude_deg, longitude_deg, date, expecte
     np.testing.assert_allclose(spherical_components(field, r_km, colatitude_deg, longitude_deg), expected_nt, atol=6e-5)
 
 
-def test_centred_dipole_is_the_closed_form():
-    field = igrf_field(2001.0, degree=1)
+def closed_form_dipole(point, moment):
+    """mu0/(4 pi r^3) (3 (m . e) e - m), with the magnetic constant of CODATA 2018."""
+    r = np.linalg.norm(point)
+    unit = np.asarray(point) / r
+    return 1.25663706212e-6 / (4 * np.pi * r**3) * (3 * unit * (unit @ moment) - moment)
+
+
+def test_dipoles_are_the_closed_form():
+    field, dipole = igrf_field(2001.0, degree=1), igrf_dipole(2001.0)
     g, h = np.asarray(field.g), np.asarray(field.h)
-    moment = np.array([g[1, 1], h[1, 1], g[1, 0]]) * 6371.2e3**3
+    at_the_surface = np.array([g[1, 1], h[1, 1], g[1, 0]])
     for point in POINTS:
         r = np.linalg.norm(point)
         unit = np.array(point) / r
-        expected = (3 * unit * (unit @ moment) - moment) / r**3
-        np.testing.assert_allclose(evaluate(field, jnp.asarray(point)), expected, rtol=1e-13)
+        expected = (6371.2e3 / r) ** 3 * (3 * unit * (unit @ at_the_surface) - at_the_surface)
+        scale = float(np.linalg.norm(expected))
+        np.testing.assert_allclose(evaluate(field, jnp.asarray(point)), expected, atol=1e-15 * scale, rtol=1e-13)
+        np.testing.assert_allclose(evaluate(dipole, jnp.asarray(point)), expected, atol=1e-15 * scale, rtol=1e-13)
+        # mu0/(4 pi) is 1e-7 but for 6e-10.
+        absolute = closed_form_dipole(point, np.asarray(dipole.moment))
+        np.testing.assert_allclose(evaluate(dipole, jnp.asarray(point)), absolute, rtol=1e-9, atol=1e-9 * scale)
 
 
-@pytest.mark.parametrize("degree", [1, 2, 13])
+def test_moment_of_the_earth():
+    # IGRF-14, 2025.0: R^3/1e-7 sqrt(29350.0^2 + 1410.3^2 + 4545.5^2) nT.
+    assert np.linalg.norm(igrf_dipole(2025.0).moment) == pytest.approx(7.6895e22, rel=1e-4)
+
+
+# Alken et al. 2021, table 4, to 0.01 deg; latitudes on the ellipsoid WGS 84. These coefficients have not changed since.
+@pytest.mark.parametrize(
+    "year, latitude_deg, longitude_deg", [(1900, 78.68, -68.79), (1950, 78.55, -68.85), (1980, 78.88, -70.76)]
+)
+def test_north_geomagnetic_pole(year, latitude_deg, longitude_deg):
+    x, y, z = -np.asarray(igrf_dipole(year).moment)
+    geodetic = np.degrees(np.arctan(z / np.hypot(x, y) / (1 - 1 / 298.257223563) ** 2))
+    assert (geodetic, np.degrees(np.arctan2(y, x))) == pytest.approx((latitude_deg, longitude_deg), abs=0.01)
+    geocentric, longitude = np.arctan2(z, np.hypot(x, y)), np.arctan2(y, x)
+    strength = float(np.linalg.norm([x, y, z]))
+    again = dipole_from_pole(strength, latitude=geocentric, longitude=longitude)
+    np.testing.assert_allclose(again.moment, [-x, -y, -z], rtol=1e-12)
+
+
+def test_dipole_along_the_axis_points_north_over_the_equator():
+    dipole = dipole_from_pole(8e22, latitude=np.pi / 2, longitude=1.0)
+    b_field = evaluate(dipole, jnp.asarray([0.0, 7.0e6, 0.0]))
+    np.testing.assert_allclose(b_field, [0.0, 0.0, 8e22 * 1e-7 / 7.0e6**3], atol=1e-20)
+
+
 @pytest.mark.parametrize("point", POINTS)
-def test_gradient_is_curl_free_divergence_free_and_the_difference(point, degree):
-    field, point = igrf_field(2001.05, degree=degree), jnp.asarray(point)
+def test_gradient_of_the_dipole_is_the_complex_step(point):
+    dipole, step = igrf_dipole(2001.05), 1e-30
+    gradient = np.asarray(differentiate(dipole, jnp.asarray(point)))
+    for axis in range(3):
+        moved = jnp.asarray(np.array(point) + 1j * step * np.eye(3)[axis])
+        slope = np.imag(complex_dipole(moved, dipole.moment.astype(complex))) / step
+        np.testing.assert_allclose(gradient[:, axis], slope, rtol=0, atol=2e-15 * np.max(np.abs(gradient)))
+
+
+def test_moment_is_fitted_in_closed_form():
+    moment, point = jnp.asarray([1e21, -2e22, 7e22]), jnp.asarray(POINTS[3])
+    slope = np.asarray(jax.jit(jax.jacrev(dipole_field, argnums=1))(point, moment))
+    for axis in range(3):
+        expected = closed_form_dipole(POINTS[3], np.eye(3)[axis])
+        np.testing.assert_allclose(slope[:, axis], expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("degree", range(1, 14))
+def test_coefficients_of_every_degree(degree):
+    field, whole = igrf_field(2012.3, degree=degree), igrf_field(2012.3)
+    assert field.g.shape == field.h.shape == (degree + 1, degree + 1)
+    np.testing.assert_array_equal(field.g, whole.g[: degree + 1, : degree + 1])
+    np.testing.assert_array_equal(field.h, whole.h[: degree + 1, : degree + 1])
+
+
+@pytest.mark.parametrize("degree", [1, 2, 7, 13])
+def test_poles_by_their_own_series(degree):
+    """Only orders 0 and 1 reach the axis; P_n1 / cos latitude is sqrt(n (n + 1)/2), times (-1)^(n+1) in the south."""
+    field = igrf_field(1987.6, degree=degree)
+    g, h = np.asarray(field.g), np.asarray(field.h)
+    n = np.arange(1, degree + 1)
+    falling, slope = (6371.2e3 / 6.9e6) ** (n + 2), np.sqrt(n * (n + 1) / 2)
+    for pole, parity in ((1.0, np.ones(degree)), (-1.0, (-1.0) ** (n + 1))):
+        # The same parity serves order zero: P_n at the south pole is (-1)^n, and outward is -z.
+        expected = [
+            -np.sum(falling * parity * slope * g[1:, 1]),
+            -np.sum(falling * parity * slope * h[1:, 1]),
+            np.sum(falling * parity * (n + 1) * g[1:, 0]),
+        ]
+        found = evaluate(field, jnp.asarray([0.0, 0.0, pole * 6.9e6]))
+        np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-18)
+
+
+@pytest.mark.parametrize("field", [igrf_dipole(2001.05), igrf_field(2001.05, degree=1), igrf_field(2001.05)])
+@pytest.mark.parametrize("point", POINTS)
+def test_gradient_is_curl_free_divergence_free_and_the_difference(point, field):
+    point = jnp.asarray(point)
     jacobian = np.asarray(differentiate(field, point))
     scale = np.max(np.abs(jacobian))
     np.testing.assert_allclose(jacobian, jacobian.T, atol=1e-13 * scale)
@@ -60,9 +158,12 @@ def test_gradient_is_curl_free_divergence_free_and_the_difference(point, degree)
     np.testing.assert_allclose(jacobian, np.transpose(moved), atol=1e-8 * scale)
 
 
-def test_reverse_mode_at_the_pole():
-    field, pole = igrf_field(2001.05), jnp.asarray(POINTS[0])
-    np.testing.assert_allclose(jax.jit(jax.jacrev(field))(pole), differentiate(field, pole), rtol=1e-9, atol=1e-25)
+@pytest.mark.parametrize("field", [igrf_dipole(2001.05), igrf_field(2001.05)])
+def test_reverse_mode_at_the_pole(field):
+    pole = jnp.asarray(POINTS[0])
+    np.testing.assert_allclose(
+        jax.jit(jax.jacrev(field.__call__))(pole), differentiate(field, pole), rtol=1e-9, atol=1e-25
+    )
 
 
 def test_field_is_linear_in_its_coefficients():
@@ -82,24 +183,36 @@ def test_inertial_field_turns_with_the_earth():
     field, angle = igrf_field(2001.0), 0.7
     position_ecef = jnp.asarray(POINTS[3])
     turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
-    b_field_eci = magnetic_field_eci(field, jnp.asarray(turn @ np.asarray(position_ecef)), jnp.asarray(angle))
+    turned = eqx.filter_jit(magnetic_field_eci)
+    b_field_eci = turned(field, jnp.asarray(turn @ np.asarray(position_ecef)), jnp.asarray(angle))
     np.testing.assert_allclose(b_field_eci, turn @ np.asarray(evaluate(field, position_ecef)), rtol=1e-12)
 
 
-def test_single_precision_stays_single():
-    field = jax.tree.map(lambda x: x.astype(jnp.float32), igrf_field(2001.0))
-    value = evaluate(field, jnp.asarray(POINTS[3], jnp.float32))
-    assert value.dtype == jnp.float32
-    np.testing.assert_allclose(value, evaluate(igrf_field(2001.0), jnp.asarray(POINTS[3])), rtol=2e-5)
+@pytest.mark.parametrize("field", [igrf_dipole(2001.0), igrf_field(2001.0)])
+def test_single_precision_stays_single(field):
+    """Within 1e-6 of the field, 0.06 nT: a rounding of 6e-8 in position counts 3 to 15 times, the sums add as much."""
+    points = np.random.default_rng(5).normal(size=(500, 3))
+    points *= np.geomspace(6371.2e3, 4e7, 500)[:, None] / np.linalg.norm(points, axis=1, keepdims=True)
+    points[:6] = POINTS
+    along = eqx.filter_jit(lambda f, x: jax.vmap(f)(x))
+    single = jax.tree.map(lambda x: x.astype(jnp.float32), field)
+    found = along(single, jnp.asarray(points, jnp.float32))
+    assert found.dtype == jnp.float32
+    found, expected = np.asarray(found, float), np.asarray(along(field, jnp.asarray(points)))
+    assert np.max(np.linalg.norm(found - expected, axis=1) / np.linalg.norm(expected, axis=1)) < 1e-6
+    slope = differentiate(single, jnp.asarray(points[0], jnp.float32))
+    assert slope.dtype == jnp.float32 and np.all(np.isfinite(slope))
 
 
 def test_coefficients_at_the_ends_and_outside():
     g, h = igrf_coefficients(1900.0)
     assert (g[1, 0], g[1, 1], h[1, 1]) == pytest.approx((-31543e-9, -2298e-9, 5922e-9))
+    np.testing.assert_array_equal(igrf_coefficients(1900), (g, h))
     g, _ = igrf_coefficients(2030.0)
     assert g[1, 0] == pytest.approx(-29287.0e-9)
     for year in (1899.99, 2030.01, float("nan")):
         with pytest.raises(ValueError, match="decimal_year"):
             igrf_coefficients(year)
-    with pytest.raises(ValueError, match="degree"):
-        igrf_field(2001.0, degree=14)
+    for degree in (0, 14):
+        with pytest.raises(ValueError, match=f"degree must be in 1..13, got {degree}"):
+            igrf_field(2001.0, degree=degree)

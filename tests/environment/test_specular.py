@@ -4,8 +4,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
-from jaxsat.environment import reflection_angle, specular_albedo
+from jaxsat.environment import SpecularAlbedo, reflection_angle, specular_albedo
 
 R = 6371.2e3
 RATIO = 1.1975807
@@ -42,6 +43,21 @@ def test_root_of_equation_1_in_its_bracket(ratio):
     theta = np.asarray(jax.jit(jax.vmap(reflection_angle, (0, None)))(jnp.asarray(alpha), jnp.asarray(ratio)))
     np.testing.assert_allclose(ratio * np.sin(2 * theta - alpha), np.sin(theta), atol=1e-13)
     assert np.all((theta > alpha / 2) & (theta <= alpha))
+
+
+@pytest.mark.parametrize("ratio", [1.02, 1.2, 1.7, 6.6])
+def test_ray_from_the_root_meets_the_satellite(ratio):
+    # The reflected ray leaves M0 at 2 Theta: its angle against that of M0 M, before any simplification (Penkov 2009).
+    limit = np.pi - np.arcsin(1 / ratio)
+    for alpha in np.linspace(0.02, 0.999 * limit, 9):
+
+        def miss(theta, alpha=alpha):
+            along, across = ratio * np.cos(alpha) - np.cos(theta), ratio * np.sin(alpha) - np.sin(theta)
+            return (2 * theta - np.arctan2(across, along) + np.pi) % (2 * np.pi) - np.pi
+
+        expected = brentq(miss, alpha / 2, min(alpha, np.pi / 2), xtol=1e-14)
+        # Close above the surface M0 M is short and its direction the less sure: 1e-16 over 0.02.
+        assert float(angle(jnp.asarray(alpha), jnp.asarray(ratio))) == pytest.approx(expected, abs=2e-14)
 
 
 def test_reflection_obeys_the_mirror_law():
@@ -98,6 +114,17 @@ def test_gradient_against_differences(alpha):
         for j in range(2):
             difference = (np.asarray(plus[j]) - np.asarray(minus[j])) / (2 * h)
             np.testing.assert_allclose(jacobian[j][..., k], difference, atol=2e-13)
+
+
+def test_batches_forward_mode_and_single_precision():
+    positions = jnp.stack([at(0.5), at(70.0), at(150.0)])
+    found = jax.jit(jax.vmap(jax.jacfwd(SpecularAlbedo(R)), (0, None)))(positions, SUN)
+    for k, position in enumerate(positions):
+        for forward, reverse in zip(found, albedo_gradient(position, SUN), strict=True):
+            np.testing.assert_allclose(forward[k], reverse[0], rtol=1e-9, atol=1e-20)
+    direction, factor = albedo(positions[1].astype(jnp.float32), SUN.astype(jnp.float32))
+    assert direction.dtype == factor.dtype == jnp.float32
+    assert float(factor) == pytest.approx(float(albedo(positions[1], SUN)[1]), rel=3e-6)
 
 
 def test_overhead_sun_is_reflected_from_below():

@@ -5,9 +5,11 @@ import math
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from jaxsat.constants import EARTH_MU
+from jaxsat.environment.orbit.abstract import AbstractOrbit
 from jaxsat.math import float_array
 
 Real = int | float
@@ -54,7 +56,7 @@ def dcm_eci_from_perifocal(
     return jnp.stack([perigee, along, normal], axis=-1)
 
 
-class KeplerOrbit(eqx.Module):
+class KeplerOrbit(AbstractOrbit):
     """An unperturbed elliptic orbit about the Earth, equatorial inertial frame; calling it gives the state at `t`."""
 
     semi_major_axis: Float[Array, ""] = eqx.field(converter=float_array)
@@ -91,6 +93,9 @@ class KeplerOrbit(eqx.Module):
         position = plane * (a * jnp.stack([c - e, root * s]))[None, :]
         velocity = plane * (a * n / (1.0 - e * c) * jnp.stack([-s, root * c]))[None, :]
         return jnp.sum(position, axis=-1), jnp.sum(velocity, axis=-1)
+
+    def check_span(self, times: np.ndarray) -> None:
+        """Do nothing: an ellipse has no ends."""
 
 
 def elements_from_state(
