@@ -7,7 +7,8 @@ from jaxtyping import Array, Float
 from jaxsat.environment import OrbitTable
 from jaxsat.math import cross, inverse_3x3, quaternion
 from jaxsat.spacecraft import Spacecraft
-from jaxsat.torques import AbstractTorque, BodyEnvironment
+from jaxsat.torques import AbstractTorque, BodyEnvironment, lag_rate
+from jaxsat.torques.abstract import required
 
 
 class AttitudeState(eqx.Module):
@@ -17,6 +18,8 @@ class AttitudeState(eqx.Module):
     """inertial-from-body, scalar first."""
     angular_velocity: Float[Array, "3"]
     """Of the body against inertial space, body axes [rad/s]."""
+    rod_lag: Float[Array, " rods"] | None = None
+    """Magnetic state of the hysteresis rods (`jaxsat.torques.hysteresis`); None without them."""
 
 
 class RigidBody(eqx.Module):
@@ -32,16 +35,47 @@ def rigid_body(spacecraft: Spacecraft, torques: tuple[AbstractTorque, ...]) -> R
     return RigidBody(spacecraft, inverse_3x3(spacecraft.inertia), torques)
 
 
+def body_environment(state: AttitudeState, point: OrbitTable) -> BodyEnvironment:
+    """One entry of an orbit's table as the satellite meets it; what the table lacks stays None."""
+
+    def body(vector_eci: Float[Array, "3"] | None) -> Float[Array, "3"] | None:
+        return None if vector_eci is None else quaternion.rotate_inverse(state.quaternion, vector_eci)
+
+    b_field = quaternion.rotate_inverse(state.quaternion, point.b_field_eci)
+    w, b_rate = state.angular_velocity, body(point.b_rate_eci)
+    return BodyEnvironment(
+        position_body=quaternion.rotate_inverse(state.quaternion, point.position_eci),
+        b_field_body=b_field,
+        angular_velocity=w,
+        # Transport theorem: components change by the field's own rate and by the turn of the axes.
+        b_field_rate_body=None if b_rate is None else b_rate - cross(w, b_field),
+        air_velocity_body=body(point.air_velocity_eci),
+        air_density=point.air_density,
+        sun_body=body(point.sun_eci),
+        solar_pressure=point.solar_pressure,
+        rod_lag=state.rod_lag,
+        # Taken from the table, where it is common to all attitudes.
+        distance=jnp.sqrt(jnp.sum(point.position_eci**2)),
+    )
+
+
 def derivative(state: AttitudeState, point: OrbitTable, body: RigidBody) -> AttitudeState:
     """Time derivative of the state at one entry of an orbit's table (Markley & Crassidis 2014, eqs. 3.20 and 3.147).
 
-    J w' = sum of torques - w x J w,   q' = q (0, w) / 2.
+    J w' = sum of torques - w x J w,   q' = q (0, w) / 2,   and the law of the hysteresis rods where there are any.
     """
     q, w, J = state.quaternion, state.angular_velocity, body.spacecraft.inertia
-    dcm_inertial_from_body = quaternion.to_dcm(q)
-    around = BodyEnvironment(point.position_eci @ dcm_inertial_from_body, point.b_field_eci @ dcm_inertial_from_body, w)
+    around = body_environment(state, point)
 
     torque = sum((t(body.spacecraft, around) for t in body.torques), start=jnp.zeros_like(w))
     w_dot = body.inverse_inertia @ (torque - cross(w, J @ w))
     q_dot = 0.5 * quaternion.times_vector(q, w)
-    return AttitudeState(q_dot, w_dot)
+    return AttitudeState(q_dot, w_dot, _rod_lag_rate(body.spacecraft, around))
+
+
+def _rod_lag_rate(spacecraft: Spacecraft, around: BodyEnvironment) -> Float[Array, " rods"] | None:
+    if around.rod_lag is None:
+        return None
+    user, source = "AttitudeState.rod_lag", "tabulate_orbit(..., field_rate=True)"
+    rods = required(spacecraft.hysteresis_rods, user, "Spacecraft.hysteresis_rods", "the rods, as HysteresisRods")
+    return lag_rate(rods, around.rod_lag, required(around.b_field_rate_body, user, "OrbitTable.b_rate_eci", source))

@@ -1,8 +1,18 @@
-"""What belongs to the satellite and may be fitted: mass properties, magnet, rods, panels. Every number is a leaf."""
+"""What belongs to the satellite and may be fitted: mass properties, magnet, rods, panels, surface.
+
+Every number is a leaf.
+"""
+
+from collections.abc import Sequence
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
+
+from jaxsat.math import float_array
+
+Real = int | float
 
 PANEL_NAMES = ("+x", "-x", "+y", "-y", "+z", "-z")
 """Natural order of the panels of a box, and of the rows of `box_normals()`."""
@@ -43,8 +53,72 @@ class SolarPanels(eqx.Module):
     """Current of each panel over that of the reference panel, at equal light."""
 
 
+class HysteresisRods(eqx.Module):
+    """Rods of soft magnetic material with hysteresis; the law is that of `jaxsat.torques.hysteresis`.
+
+    Coercive field, remanence and saturation are the apparent ones of the rod in the field outside it: its own
+    demagnetising field is in them, so they depend on its shape as well as on its material (Gerhardt & Palo 2010).
+    For slender rods they are of the order of 12 A/m, 0.004 T and 0.025 T.
+    """
+
+    axes: Float[Array, "rods 3"] = eqx.field(converter=float_array)
+    """Unit vectors along the rods, body axes."""
+    volumes: Float[Array, " rods"] = eqx.field(converter=float_array)
+    """[m^3]."""
+    coercive_field: Float[Array, " rods"] = eqx.field(converter=float_array)
+    """Field at which the saturated rod loses its induction, Hc [A/m]."""
+    remanence: Float[Array, " rods"] = eqx.field(converter=float_array)
+    """Induction left by saturation without a field, Br < Bs [T]."""
+    saturation: Float[Array, " rods"] = eqx.field(converter=float_array)
+    """Induction in a strong field, Bs [T]."""
+    initial_slope: Float[Array, ""] = eqx.field(converter=float_array, default=0.0)
+    """Slope after the field turns over that of the boundary loop, q0, in 0..1."""
+    exponent: Float[Array, ""] = eqx.field(converter=float_array, default=2.0)
+    """How late minor loops join the boundary, p >= 1."""
+
+
+class Facets(eqx.Module):
+    """Flat pieces of the satellite's outer surface, for the pressure of air and of sunlight."""
+
+    areas: Float[Array, " facets"] = eqx.field(converter=float_array)
+    """[m^2]."""
+    centers: Float[Array, "facets 3"] = eqx.field(converter=float_array)
+    """Centroids from the centre of mass, body axes [m]."""
+    normals: Float[Array, "facets 3"] = eqx.field(converter=float_array)
+    """Outward unit normals, body axes."""
+    specular: Float[Array, " facets"] = eqx.field(converter=float_array)
+    """Share of sunlight reflected as by a mirror."""
+    diffuse: Float[Array, " facets"] = eqx.field(converter=float_array)
+    """Share of sunlight scattered by Lambert's law; the rest is absorbed."""
+    drag_coefficient: Float[Array, ""] = eqx.field(converter=float_array, default=2.2)
+    """C_D of a facet across the flow."""
+
+
+def box_facets(
+    size: Sequence[Real] | Float[Array, "3"],
+    *,
+    center_of_mass: Sequence[Real] | Float[Array, "3"] = (0.0, 0.0, 0.0),
+    specular: Real | Float[Array, ""] = 0.0,
+    diffuse: Real | Float[Array, ""] = 0.0,
+    drag_coefficient: Real | Float[Array, ""] = 2.2,
+) -> Facets:
+    """Faces of a box with edges `size` [m] along the body axes, in the order of `PANEL_NAMES`.
+
+    `center_of_mass` is counted from the middle of the box [m]; all faces reflect alike.
+    """
+    edges, center, normals = jnp.asarray(size, float), jnp.asarray(center_of_mass, float), box_normals()
+    return Facets(
+        areas=edges[np.array([1, 1, 2, 2, 0, 0])] * edges[np.array([2, 2, 0, 0, 1, 1])],
+        centers=0.5 * normals * edges[None, :] - center[None, :],
+        normals=normals,
+        specular=jnp.broadcast_to(float_array(specular), (6,)),
+        diffuse=jnp.broadcast_to(float_array(diffuse), (6,)),
+        drag_coefficient=float_array(drag_coefficient),
+    )
+
+
 class Spacecraft(eqx.Module):
-    """A rigid satellite with a magnet, rods and panels."""
+    """A rigid satellite with a magnet, rods, panels and a surface."""
 
     inertia: Float[Array, "3 3"]
     """Inertia tensor about the centre of mass, body axes [kg m^2]."""
@@ -52,6 +126,26 @@ class Spacecraft(eqx.Module):
     """Permanent dipole, body axes [A m^2]."""
     rods: MagneticRods
     panels: SolarPanels
+    hysteresis_rods: HysteresisRods | None = None
+    """Beside the linear `rods`, which may be none: arrays of length zero."""
+    facets: Facets | None = None
+    """Outer surface, for drag and solar pressure."""
+
+
+def turned(spacecraft: Spacecraft, dcm_new_from_body: Float[Array | np.ndarray, "3 3"]) -> Spacecraft:
+    """The same satellite described in other axes: every vector and tensor of it turned."""
+    dcm = jnp.asarray(dcm_new_from_body)
+
+    def vectors(craft):
+        found = [craft.magnet, craft.rods.axes, craft.panels.normals]
+        if craft.hysteresis_rods is not None:
+            found.append(craft.hysteresis_rods.axes)
+        if craft.facets is not None:
+            found += [craft.facets.centers, craft.facets.normals]
+        return found
+
+    new = eqx.tree_at(vectors, spacecraft, [v @ dcm.T for v in vectors(spacecraft)])
+    return eqx.tree_at(lambda craft: craft.inertia, new, dcm @ spacecraft.inertia @ dcm.T)
 
 
 def symmetric_tensor(components: Float[Array, "6"]) -> Float[Array, "3 3"]:

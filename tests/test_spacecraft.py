@@ -4,7 +4,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from jaxsat.spacecraft import PANEL_NAMES, MagneticRods, SolarPanels, Spacecraft, box_normals, symmetric_tensor
+from jaxsat.spacecraft import (
+    PANEL_NAMES,
+    HysteresisRods,
+    MagneticRods,
+    SolarPanels,
+    Spacecraft,
+    box_facets,
+    box_normals,
+    symmetric_tensor,
+)
 
 MOMENTS, REFERENCE = np.array([0.03, 0.02, 0.05]), 3.0e-5
 AXES = np.array([[0.0, 1.0, 0.0], [0.0, 0.6, 0.8], [-0.8, 0.0, 0.6]])
@@ -51,3 +60,30 @@ def test_every_number_is_a_leaf():
     leaves = jax.tree.leaves(craft)
     assert sum(leaf.size for leaf in leaves) == 9 + 3 + (3 + 9 + 1) + (18 + 1 + 6)
     assert all(leaf.dtype == np.float64 for leaf in leaves)
+    # What is absent is no leaf; what is there is nothing but leaves.
+    rods = HysteresisRods(AXES, MOMENTS, MOMENTS, MOMENTS, 2 * MOMENTS)
+    whole = Spacecraft(craft.inertia, craft.magnet, RODS, panels, rods, box_facets((0.1, 0.2, 0.3)))
+    added = jax.tree.leaves(whole)[len(leaves) :]
+    assert sum(leaf.size for leaf in added) == (9 + 4 * 3 + 2) + (6 + 18 + 18 + 6 + 6 + 1)
+    assert all(leaf.dtype == np.float64 for leaf in added)
+
+
+def test_faces_of_a_box():
+    size, shift = (0.1, 0.2, 0.3), (0.01, -0.02, 0.03)
+    facets = box_facets(size, center_of_mass=shift, specular=0.2, diffuse=0.3, drag_coefficient=2.5)
+    for k, name in enumerate(PANEL_NAMES):
+        axis, sign = "xyz".index(name[1]), {"+": 1.0, "-": -1.0}[name[0]]
+        middle = 0.5 * sign * size[axis] * np.eye(3)[axis]
+        np.testing.assert_allclose(facets.centers[k], middle - shift, atol=1e-16)
+        np.testing.assert_array_equal(facets.normals[k], sign * np.eye(3)[axis])
+        others = [size[i] for i in range(3) if i != axis]
+        assert float(facets.areas[k]) == others[0] * others[1]
+    np.testing.assert_array_equal(facets.specular, 0.2)
+    np.testing.assert_array_equal(facets.diffuse, 0.3)
+    assert float(facets.drag_coefficient) == 2.5
+    # Closed: the outward areas add up to nothing, and by Gauss the box's volume is a third of the flux of r.
+    np.testing.assert_allclose(facets.areas @ facets.normals, 0.0, atol=1e-17)
+    flux = np.sum(facets.areas * np.sum(facets.centers * facets.normals, axis=1))
+    np.testing.assert_allclose(flux / 3, np.prod(size), rtol=1e-14)
+    by_size = jax.jit(jax.jacrev(lambda size: box_facets(size).areas.sum()))(jnp.asarray(size))
+    np.testing.assert_allclose(by_size, 2 * (np.sum(size) - np.array(size)), rtol=1e-14)

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from jaxsat.dynamics import AttitudeState
 from jaxsat.environment import OrbitTable
 from jaxsat.integrators import StepGrid
-from jaxsat.simulate import simulate
+from jaxsat.simulate import simulate_on_grid
 from jaxsat.spacecraft import MagneticRods, SolarPanels, Spacecraft, box_normals
 from jaxsat.torques import (
     MUNIN_TORQUES,
@@ -101,7 +101,7 @@ def test_slopes_are_finite_at_rest_in_no_field(name):
     assert all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(slope))
 
 
-move = eqx.filter_jit(simulate)
+move = eqx.filter_jit(simulate_on_grid)
 
 
 def swing(craft, torques, *, attitude, rate, position, b_field, duration, steps=600):

@@ -1,0 +1,88 @@
+"""Rods of soft magnetic material with hysteresis (Flatley & Henretty 1995), minor loops included.
+
+With H the field along a rod, the boundary loops are B = (2 Bs/pi) atan(k (H -+ Hc)), k = tan(pi Br / (2 Bs)) / Hc.
+Between them dB/dH is the slope of a boundary loop at the same B times Q = q0 + (1 - q0) F^p, F the distance from the
+boundary left behind over the width 2 Hc. The state kept here is not B but the lag z, in which the law is
+
+    B = (2 Bs/pi) atan(k (H - Hc z)),   Hc dz/dt = (1 - Q) dH/dt,   F = (1 + z sign(dH/dt)) / 2.
+
+The boundary loops are z = +-1. They attract, so a step that ends beyond comes back instead of drifting away, and B
+is read from z within them. A step is good while H changes by less than Hc in it.
+"""
+
+import math
+from typing import ClassVar
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from jaxsat.constants import VACUUM_PERMEABILITY
+from jaxsat.spacecraft import HysteresisRods, Spacecraft
+from jaxsat.torques.abstract import AbstractTorque, BodyEnvironment, required
+from jaxsat.torques.magnetic import magnetic_torque
+
+
+def _steepness(rods: HysteresisRods) -> Float[Array, " rods"]:
+    return jnp.tan(0.5 * math.pi * rods.remanence / rods.saturation) / rods.coercive_field
+
+
+def field_along_rods(rods: HysteresisRods, b_field_body: Float[Array, "3"]) -> Float[Array, " rods"]:
+    """Magnetic field strength along each rod, B . e / mu0 [A/m], of a flux density in body axes [T]."""
+    return rods.axes @ b_field_body / VACUUM_PERMEABILITY
+
+
+def induction_from_lag(
+    rods: HysteresisRods, lag: Float[Array, " rods"], b_field_body: Float[Array, "3"]
+) -> Float[Array, " rods"]:
+    """Flux density in each rod [T] in a field [T], never outside the boundary loops."""
+    effective = field_along_rods(rods, b_field_body) - rods.coercive_field * jnp.clip(lag, -1.0, 1.0)
+    return 2.0 / math.pi * rods.saturation * jnp.arctan(_steepness(rods) * effective)
+
+
+def lag_from_induction(
+    rods: HysteresisRods, induction: Float[Array, " rods"], b_field_body: Float[Array, "3"]
+) -> Float[Array, " rods"]:
+    """Lag of rods with a flux density [T] in a field [T]; beyond a boundary loop, that of the loop.
+
+    Zero induction, a demagnetised rod, is where a simulation usually starts.
+    """
+    saturated = jnp.clip(induction / rods.saturation, -1.0, 1.0)
+    effective = jnp.tan(0.5 * math.pi * saturated) / _steepness(rods)
+    return jnp.clip((field_along_rods(rods, b_field_body) - effective) / rods.coercive_field, -1.0, 1.0)
+
+
+def lag_rate(
+    rods: HysteresisRods, lag: Float[Array, " rods"], b_field_rate_body: Float[Array, "3"]
+) -> Float[Array, " rods"]:
+    """Time derivative of the lag [1/s]; `b_field_rate_body` is that of the field's components in body axes [T/s].
+
+    Continuous where the field turns, with a break in its slope: a fixed-step method falls to second order there.
+    """
+    field_rate = field_along_rods(rods, b_field_rate_body)
+    # Lags beyond +-1 occur within a step: a negative distance has no fractional power, and a pull back that grew
+    # without bound would throw long steps out for good.
+    distance = jnp.maximum(0.5 * (1.0 + jnp.where(field_rate >= 0.0, lag, -lag)), 0.0)
+    remaining = jnp.maximum(1.0 - distance**rods.exponent, -1.0)
+    return (1.0 - rods.initial_slope) * remaining * field_rate / rods.coercive_field
+
+
+def hysteresis_dipole(
+    rods: HysteresisRods, lag: Float[Array, " rods"], b_field_body: Float[Array, "3"]
+) -> Float[Array, "3"]:
+    """Sum of the rods' moments V (B / mu0 - H), body axes [A m^2]."""
+    magnetization = induction_from_lag(rods, lag, b_field_body) / VACUUM_PERMEABILITY - field_along_rods(
+        rods, b_field_body
+    )
+    return (rods.volumes * magnetization) @ rods.axes
+
+
+class HysteresisRodsTorque(AbstractTorque):
+    """Torque on the moment of the hysteresis rods, whose lag is integrated with the attitude."""
+
+    smooth: ClassVar[bool] = False
+
+    def __call__(self, spacecraft: Spacecraft, around: BodyEnvironment) -> Float[Array, "3"]:
+        user, source = "HysteresisRodsTorque", "AttitudeState(..., rod_lag=lag_from_induction(...))"
+        rods = required(spacecraft.hysteresis_rods, user, "Spacecraft.hysteresis_rods", "the rods, as HysteresisRods")
+        lag = required(around.rod_lag, user, "AttitudeState.rod_lag", source)
+        return magnetic_torque(hysteresis_dipole(rods, lag, around.b_field_body), around.b_field_body)
