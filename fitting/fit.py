@@ -18,7 +18,7 @@ from fitting.solvers.schedule import FIRST_ARC_LIT, arc_schedule
 from fitting.starts import first_guesses
 from fitting.summary import describe, summarize
 from jaxsat.errors import InputError
-from jaxsat.integrators import rk4_step_for
+from jaxsat.integrators import RK4, step_for
 
 COARSE_TOLERANCE, FINE_TOLERANCE = 4e-2, 2e-4
 """Integration error over the session allowed while arcs grow and at the end [rad]: inside every basin; a 20th sigma."""
@@ -57,7 +57,7 @@ def fit(
     noise = 1e-3 * float(np.hypot(settings.noise_mA, settings.quantum_mA / np.sqrt(12.0)))
     duration = max(float(np.ptp(observations.t)), 1.0)
     max_rate = np.radians(settings.max_rate_deg_s)
-    step = min(settings.step_s, rk4_step_for(max_rate, duration, COARSE_TOLERANCE))
+    step = min(settings.step_s, step_for(RK4, max_rate, duration, COARSE_TOLERANCE))
     parameters = parametrization(nominal, settings.free, settings.prior)
     coarse = build_problem(observations, noise=noise, max_step=step)
     bright, sunlit = (each[: len(observations.t)] for each in (coarse.bright(), coarse.sunlit()))
@@ -102,7 +102,7 @@ def fit(
     survivors = grow(coarse, parameters, schedule, starts, use, progress)
     # The spin of the survivors, with room for the swing of the magnet in the field; nonsense may spin without limit.
     fastest = RATE_UNIT * float(np.linalg.norm(survivors.x[candidates(survivors.cost), 3:6], axis=1).max())
-    step = min(settings.step_s, rk4_step_for(min(1.3 * fastest + 1e-3, 2.0 * max_rate), duration, FINE_TOLERANCE))
+    step = min(settings.step_s, step_for(RK4, min(1.3 * fastest + 1e-3, 2.0 * max_rate), duration, FINE_TOLERANCE))
     fine = build_problem(observations, noise=noise, max_step=step)
     refined = refine(fine, parameters, survivors, use, limiting=settings.limiting, progress=progress)
     result = summarize(observations.t, fine, parameters, refined, dark_disagreement=int(np.sum(bright != sunlit)))

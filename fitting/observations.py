@@ -9,9 +9,9 @@ import numpy as np
 from fitting.problem import PAD_SAMPLES, PAD_STEPS, Problem
 from fitting.stored import Stored, hollow
 from jaxsat.environment import (
+    AbstractMagneticField,
     CylinderShadow,
     DiffuseAlbedo,
-    InternalField,
     KeplerOrbit,
     LightTable,
     OrbitTable,
@@ -34,7 +34,7 @@ class Observations:
     currents: np.ndarray
     """[time 6] +X -X +Y -Y +Z -Z [A]."""
     orbit: KeplerOrbit
-    field: InternalField
+    field: AbstractMagneticField
     greenwich_angle: float
     """At t = 0 [rad]."""
     earth_rotation_rate: float

@@ -12,7 +12,7 @@ from jaxsat.environment import LightTable, OrbitTable
 from jaxsat.integrators import BLOCK, StepGrid
 from jaxsat.math import quaternion
 from jaxsat.sensors.solar_panels import panel_currents
-from jaxsat.simulate import simulate
+from jaxsat.simulate import simulate_on_grid
 
 PAD_SAMPLES = 16
 PAD_STEPS = 64
@@ -78,7 +78,7 @@ def predict(
         spacecraft, _ = build_model(values, jnp.asarray(parameters.reference_field))
         q0 = quaternion.multiply(reference, quaternion.from_rotation_vector(moving[:3]))
         initial = AttitudeState(q0, moving[3:6] * RATE_UNIT)
-        trajectory = simulate(spacecraft, initial, problem.orbit, problem.grid, blocks=blocks)
+        trajectory = simulate_on_grid(spacecraft, initial, problem.orbit, problem.grid, blocks=blocks)
         return trajectory.quaternion, trajectory
 
     tangents, trajectory = jax.jacfwd(motion, has_aux=True)(moving)

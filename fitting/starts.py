@@ -68,12 +68,12 @@ def _first_guesses(
 
     def local(sample):
         light = jax.tree.map(lambda leaf: leaf[sample], problem.light)
-        node = 2 * jnp.asarray(problem.grid.sample_index)[sample]
+        node = jnp.asarray(problem.grid.sample_node)[sample]
         field = problem.orbit.b_field_eci[node]
         return search_roll(measured[sample], field, spacecraft.panels, light, jnp.asarray(1.0))
 
     found = jax.vmap(local)(samples)
-    times = jnp.asarray(problem.grid.node_times)[2 * jnp.asarray(problem.grid.sample_index)[samples]]
+    times = jnp.asarray(problem.grid.node_times)[jnp.asarray(problem.grid.sample_node)[samples]]
     turn = jax.vmap(
         lambda a: jax.vmap(lambda b: quaternion.to_rotation_vector(quaternion.multiply(quaternion.conjugate(a), b)))(
             found.quaternion[1]

@@ -74,10 +74,14 @@ class Stored:
 
 
 def hollow(module: type, **children: Any) -> Any:
-    """An `equinox.Module` of a structure without its contents: `children` where they are modules, else a leaf."""
+    """An `equinox.Module` of a structure without its contents: `children` where they are given, else a leaf.
+
+    What may be absent is absent unless it is among `children`.
+    """
     instance = object.__new__(module)
     for field in dataclasses.fields(module):
-        object.__setattr__(instance, field.name, children.get(field.name, 0.0))
+        content = None if field.default is None else 0.0
+        object.__setattr__(instance, field.name, children.get(field.name, content))
     return instance
 
 

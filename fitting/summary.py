@@ -43,7 +43,7 @@ def _describe(
     values = parameters.values(x_model)
     spacecraft, _ = build_model(values, jnp.asarray(parameters.reference_field))
     direct = jax.vmap(lambda q, light: direct_currents(q, spacecraft.panels, light))(q, problem.light)
-    field_eci = problem.orbit.b_field_eci[2 * jnp.asarray(problem.grid.sample_index)]
+    field_eci = problem.orbit.b_field_eci[jnp.asarray(problem.grid.sample_node)]
     field_body = jax.vmap(quaternion.rotate_inverse)(q, field_eci)
     x_axis = jnp.broadcast_to(jnp.array([1.0, 0.0, 0.0]), field_body.shape)
     return values, jax.jacfwd(parameters.values)(x_model), direct, field_body, angle_between(x_axis, field_body)

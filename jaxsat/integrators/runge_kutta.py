@@ -6,92 +6,80 @@ environment between its nodes, so one table serves every trajectory of a batch.
 
 from collections.abc import Callable
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int, PyTree
 
-BLOCK = 4
-"""Steps that `integrate_blocks` takes between two looks at its traced length; grids are padded to a multiple of it."""
+from jaxsat.integrators.grid import BLOCK
+from jaxsat.math.runge_kutta import Derivative, Tableau
+
+Step = Callable[[PyTree, Float[Array, ""], tuple[PyTree, ...]], PyTree]
+"""step(state, h, points) -> state, `points` the table's entries at start, inner nodes and end of the step."""
 
 
-class StepGrid(eqx.Module):
-    """Steps that pass through every requested time; padding steps have length 0 and stand at the end."""
+def tableau_step(
+    tableau: Tableau, f: Derivative, state: PyTree, h: Float[Array, ""], points: tuple[PyTree, ...]
+) -> PyTree:
+    """One step of the method with the environment at start, inner nodes and end of the step.
 
-    step: Float[Array | np.ndarray, " steps"]
-    """Length of each step [s], negative where time runs backward."""
-    node_times: Float[Array | np.ndarray, " nodes"]
-    """Start, middle, end of each step, shared between neighbours: 2 steps + 1 times [s]."""
-    sample_index: Int[Array | np.ndarray, " samples"]
-    """State number (0 is the initial one) that stands at each requested time."""
-
-    @staticmethod
-    def through(
-        times: np.ndarray, *, start: float, max_step: float, pad_samples: int = 1, pad_steps: int = BLOCK
-    ) -> "StepGrid":
-        """Grid from `start` through monotonic `times` [s] with steps of at most `max_step`.
-
-        The numbers of samples and of steps are padded to multiples of `pad_samples` and `pad_steps`, so that files of
-        like shape share one compiled program. Raises ValueError where the times are not monotonic or leave `start`
-        on both sides, and where `max_step` is not positive.
-        """
-        if not max_step > 0:
-            raise ValueError(f"StepGrid.through: max_step must be positive, got {max_step}")
-        times = np.asarray(times, dtype=float)
-        gaps = np.diff(np.concatenate([[start], times]))
-        if not (np.all(gaps >= 0) or np.all(gaps <= 0)):
-            raise ValueError("StepGrid.through: times must run in one direction away from `start`")
-        counts = np.ceil(np.abs(gaps) / max_step * (1 - 1e-12)).astype(int)
-        steps = np.repeat(gaps / np.maximum(counts, 1), counts)
-        index = np.cumsum(counts)
-        steps = np.pad(steps, (0, -len(steps) % pad_steps))
-        index = np.pad(index, (0, -len(index) % pad_samples), mode="edge")
-        ends = start + np.cumsum(steps)
-        # Land on the requested times exactly: rounding must not put a node across a shadow edge from its sample.
-        ends[index[: len(times)][counts > 0] - 1] = times[counts > 0]
-        edges = np.concatenate([[start], ends])
-        nodes = np.empty(2 * len(steps) + 1)
-        nodes[0::2], nodes[1::2] = edges, 0.5 * (edges[:-1] + edges[1:])
-        return StepGrid(steps, nodes, index)
-
-
-def rk4_step_for(rate: float, duration: float, tolerance: float) -> float:
-    """Longest RK4 step [s] that keeps the attitude error of a turn at `rate` [rad/s] below `tolerance` [rad].
-
-    A quaternion turning at a constant rate w obeys q' = (i w/2) q, of which each step drops (w h/2)^5 / 120; over
-    duration/h steps the angle error, twice the quaternion's, adds up to (w/2)^5 h^4 duration / 60.
+    The stages run in a loop: the right-hand side is traced and compiled once, and what one stage leaves is in memory
+    before the next reads it, where the compiler would else compute all stages once more for every array of the state.
     """
-    return (60.0 * tolerance / (duration * (0.5 * rate) ** 5)) ** 0.25
+    stages = jax.tree.map(lambda *leaves: jnp.stack(leaves), *(points[place] for place in tableau.node_of_stage))
+    if all(set(row) <= {i - 1} for i, row in enumerate(tableau.rows)):
+        return _chained_step(tableau, f, state, h, stages)
+    # Row i moves from the state to where stage i + 1 looks, the last one to the end of the step.
+    rows = jnp.asarray(tableau.matrix[1:], h.dtype) * h
+
+    def stage(carry, inputs):
+        place, slopes = carry
+        number, row, point = inputs
+        slope = f(place, point)
+        slopes = jax.tree.map(lambda k, new: jax.lax.dynamic_update_index_in_dim(k, new, number, 0), slopes, slope)
+        return (jax.tree.map(lambda y, k: y + weighted(row, k), state, slopes), slopes), None
+
+    blank = jax.tree.map(lambda a: jnp.zeros((tableau.stages, *a.shape), a.dtype), state)
+    (end, _), _ = jax.lax.scan(stage, (state, blank), (jnp.arange(tableau.stages), rows, stages))
+    return end
 
 
-Derivative = Callable[[PyTree, PyTree], PyTree]
-"""f(state, point) -> time derivative, `point` one node of the table."""
+def weighted(row: Float[Array, " n"], slopes: Float[Array, "n *rest"]) -> Float[Array, "*rest"]:
+    """The slopes' sum with the row's weights.
 
-
-def rk4_step(f: Derivative, y: PyTree, h: Float[Array, ""], start: PyTree, middle: PyTree, end: PyTree) -> PyTree:
-    """One step of the classical fourth-order method (Kutta 1901) with the environment at its three nodes.
-
-    The four stages run in a loop, so that the right-hand side is traced and compiled once instead of four times.
+    Over many cases it is written out, one pass over the slopes; of one case it is a product, whose transpose the
+    reverse mode has at once, where that of a sum written out would be an array of zeros for every term.
     """
-    points = jax.tree.map(lambda a, b, c: jnp.stack([a, b, b, c]), start, middle, end)
-    reach = h * jnp.array([0.0, 0.5, 0.5, 1.0], dtype=h.dtype)
-    weight = h * jnp.array([1.0, 2.0, 2.0, 1.0], dtype=h.dtype) / 6.0
+    if slopes.ndim == 1:
+        return jnp.dot(row, slopes, precision="highest")
+    return sum((row[j] * slopes[j] for j in range(1, row.shape[0])), start=row[0] * slopes[0])
+
+
+def _chained_step(tableau: Tableau, f: Derivative, state: PyTree, h: Float[Array, ""], stages: PyTree) -> PyTree:
+    """The same where each stage needs only the one before it, as in RK4: no slope has to be kept."""
+    reach = h * jnp.array([row.get(i - 1, 0.0) for i, row in enumerate(tableau.rows)], dtype=h.dtype)
+    weight = h * jnp.array([tableau.weights.get(i, 0.0) for i in range(tableau.stages)], dtype=h.dtype)
 
     def stage(carry, inputs):
         slope, total = carry
         point, reach, weight = inputs
-        slope = f(jax.tree.map(lambda a, k: a + reach * k, y, slope), point)
+        slope = f(jax.tree.map(lambda a, k: a + reach * k, state, slope), point)
         return (slope, jax.tree.map(lambda a, k: a + weight * k, total, slope)), None
 
-    zero = jax.tree.map(jnp.zeros_like, y)
-    (_, total), _ = jax.lax.scan(stage, (zero, y), (points, reach, weight))
+    zero = jax.tree.map(jnp.zeros_like, state)
+    (_, total), _ = jax.lax.scan(stage, (zero, state), (stages, reach, weight))
     return total
 
 
-def _per_step(table: PyTree) -> tuple[PyTree, PyTree, PyTree]:
-    return tuple(jax.tree.map(lambda leaf, k=k: leaf[k : leaf.shape[0] - 2 + k : 2], table) for k in (0, 1)) + (
-        jax.tree.map(lambda leaf: leaf[2::2], table),
+def _per_step(table: PyTree, steps: int) -> tuple[PyTree, ...]:
+    """For each node of a step, start to end, the table's entries at it, one for each step."""
+    nodes = jax.tree.leaves(table)[0].shape[0]
+    stride = (nodes - 1) // max(steps, 1)
+    if nodes != stride * steps + 1:
+        raise ValueError(f"the table has {nodes} nodes, which do not fit {steps} steps: tabulate at grid.node_times")
+    return tuple(
+        jax.tree.map(lambda leaf, k=k: leaf[k : stride * (steps - 1) + k + 1 : stride], table)
+        for k in range(stride + 1)
     )
 
 
@@ -99,28 +87,53 @@ def _with_initial(initial: PyTree, states: PyTree) -> PyTree:
     return jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), initial, states)
 
 
-def integrate(step: Callable, initial: PyTree, table: PyTree, lengths: Float[Array, " steps"]) -> PyTree:
+def integrate(
+    step: Step, initial: PyTree, table: PyTree, lengths: Float[Array, " steps"], *, checkpoint_every: int | None = None
+) -> PyTree:
     """States at every step, the initial one first, by one `lax.scan`.
 
-    `step(state, h, start, middle, end) -> state`; `table` has leaves over the 2 steps + 1 nodes of a `StepGrid`.
+    `table` has leaves over the nodes of a `StepGrid`. Reverse-mode derivatives keep what every step computed; with
+    `checkpoint_every` they keep only the states and every so many steps are computed once more, so that memory grows
+    as steps / checkpoint_every + checkpoint_every (Griewank & Walther 2008, ch. 12).
     """
+    steps = lengths.shape[0]
+    inputs = (lengths, _per_step(table, steps))
 
     def advance(state, inputs):
         state = step(state, *inputs)
         return state, state
 
-    _, states = jax.lax.scan(advance, initial, (lengths, *_per_step(table)))
-    return _with_initial(initial, states)
+    if checkpoint_every is None:
+        _, states = jax.lax.scan(advance, initial, inputs)
+        return _with_initial(initial, states)
+
+    segments = -(-steps // checkpoint_every)
+
+    def in_segments(leaf):
+        extra = segments * checkpoint_every - steps
+        # Repeated entries with steps of length zero change nothing.
+        padded = jnp.concatenate([leaf, jnp.repeat(leaf[-1:], extra, axis=0)])
+        return padded.reshape(segments, checkpoint_every, *leaf.shape[1:])
+
+    padded_lengths = jnp.pad(lengths, (0, segments * checkpoint_every - steps)).reshape(segments, checkpoint_every)
+    padded_points = jax.tree.map(in_segments, inputs[1])
+
+    @jax.checkpoint
+    def segment(state, inputs):
+        return jax.lax.scan(advance, state, inputs)
+
+    _, states = jax.lax.scan(segment, initial, (padded_lengths, padded_points))
+    return _with_initial(initial, jax.tree.map(lambda a: a.reshape(-1, *a.shape[2:])[:steps], states))
 
 
 def integrate_blocks(
-    step: Callable, initial: PyTree, table: PyTree, lengths: Float[Array, " steps"], blocks: Int[Array | np.ndarray, ""]
+    step: Step, initial: PyTree, table: PyTree, lengths: Float[Array, " steps"], blocks: Int[Array | np.ndarray, ""]
 ) -> PyTree:
     """Like `integrate`, but stops after `blocks` traced blocks of `BLOCK` steps; later states repeat the initial one.
 
     One compiled program serves every arc length. Forward-mode derivatives only.
     """
-    inputs = (lengths, *_per_step(table))
+    inputs = (lengths, _per_step(table, lengths.shape[0]))
     blank = jax.tree.map(lambda a: jnp.broadcast_to(a, (lengths.shape[0], *a.shape)), initial)
 
     def advance(state, inputs):

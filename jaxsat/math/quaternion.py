@@ -72,11 +72,13 @@ def from_dcm(dcm: Float[Array, "3 3"]) -> Float[Array, "4"]:
 
 
 def rotate(q: Float[Array, "4"], vector_body: Float[Array, "*batch 3"]) -> Float[Array, "*batch 3"]:
-    """Inertial components of body vectors, all turned by one unit quaternion."""
-    scalar, axis = q[0], jnp.broadcast_to(q[1:], vector_body.shape)
-    along = jnp.sum(axis * vector_body, axis=-1, keepdims=True)
-    # (s^2 - |v|^2) x + 2 v (v . x) + 2 s v x x, Markley & Crassidis 2014, eq. 2.125, with 1 = s^2 + |v|^2.
-    return (2.0 * scalar * scalar - 1.0) * vector_body + 2.0 * (along * axis + scalar * cross(axis, vector_body))
+    """Inertial components of body vectors, all turned by one unit quaternion.
+
+    x + s t + v x t with t = 2 v x x, s and v the quaternion's parts (Markley & Crassidis 2014, eq. 2.125, rearranged).
+    """
+    axis = jnp.broadcast_to(q[1:], vector_body.shape)
+    turned = cross(axis, 2.0 * vector_body)
+    return vector_body + (q[0] * turned + cross(axis, turned))
 
 
 def rotate_inverse(q: Float[Array, "4"], vector_inertial: Float[Array, "*batch 3"]) -> Float[Array, "*batch 3"]:

@@ -1,0 +1,221 @@
+"""Adams-Bashforth-Moulton multistep integration: two evaluations a step at high order, for smooth motions.
+
+Explicit methods of high order spend a dozen evaluations and half as many sums on a step; a multistep method reuses
+what earlier steps computed. Its price: equal steps, a start by another method, and a motion without kinks.
+"""
+
+import functools
+import math
+from fractions import Fraction
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array, Float, Int, PyTree
+
+from jaxsat.integrators.runge_kutta import tableau_step, weighted
+from jaxsat.math.runge_kutta import DORMAND_PRINCE_8, Derivative
+
+ORDER = 10
+"""Earlier slopes kept. Nine and ten waste less than eight; beyond, stability forbids the steps that accuracy allows."""
+
+_NODES_A_STEP = len(DORMAND_PRINCE_8.inner_nodes) + 1
+REACH = 0.3
+"""As `Tableau.reach`."""
+START_NODES = (ORDER - 1) * _NODES_A_STEP
+"""Nodes of an `AdamsGrid` before the end of the last starting step."""
+_INTERPOLATION = 10
+"""States through which a requested time between two steps is interpolated."""
+
+
+class AdamsGrid(eqx.Module):
+    """Equal steps over a span of time, and how to read the requested times from them."""
+
+    step: Float[Array | np.ndarray, ""]
+    """Length of every step [s], negative where time runs backward."""
+    node_times: Float[Array | np.ndarray, " nodes"]
+    """Nodes of the starting Runge-Kutta steps, then the end of each further step [s]."""
+    sample_first: Int[Array | np.ndarray, " samples"]
+    """First state (0 is the initial one) that each requested time is interpolated from."""
+    sample_weights: Float[Array | np.ndarray, "samples k"]
+    """Weights of that state and the next ones."""
+
+    @staticmethod
+    def through(times: np.ndarray, *, start: float, max_step: float) -> "AdamsGrid":
+        """Grid from `start` through monotonic `times` [s] with equal steps of at most `max_step`.
+
+        Where all requested times are multiples of one step the states are read as they are, else interpolated through
+        the ten nearest ones. Raises ValueError where the times are not monotonic or leave `start` on both sides,
+        where `max_step` is not positive, or where the span is zero.
+        """
+        times = np.asarray(times, dtype=float)
+        gaps = np.diff(np.concatenate([[start], times]))
+        if not (np.all(gaps >= 0) or np.all(gaps <= 0)):
+            raise ValueError("AdamsGrid.through: times must run in one direction away from `start`")
+        span = times[-1] - start
+        if not max_step > 0 or span == 0:
+            raise ValueError(f"AdamsGrid.through: max_step and span must not be zero, got {max_step} and {span}")
+        steps = max(_count(gaps, span, max_step), 2 * ORDER)
+        step = span / steps
+        beginnings = start + step * np.arange(ORDER - 1)
+        c = np.array((0.0, *DORMAND_PRINCE_8.inner_nodes))
+        nodes = np.concatenate(
+            [(beginnings[:, None] + step * c).reshape(-1), start + step * np.arange(ORDER - 1, steps + 1)]
+        )
+        place = (times - start) / step
+        first = np.clip(np.round(place).astype(int) - _INTERPOLATION // 2, 0, steps + 1 - _INTERPOLATION)
+        return AdamsGrid(np.asarray(step), nodes, first, _lagrange(place - first))
+
+    @property
+    def steps(self) -> int:
+        """Number of steps."""
+        return len(self.node_times) - START_NODES + ORDER - 2
+
+    def padded(self, steps: int) -> "AdamsGrid":
+        """The same grid with its last node repeated up to so many steps, for programs with a traced count."""
+        nodes = np.pad(self.node_times, (0, max(0, steps - self.steps)), mode="edge")
+        return AdamsGrid(self.step, nodes, self.sample_first, self.sample_weights)
+
+
+def _count(gaps: np.ndarray, span: float, max_step: float) -> int:
+    """Steps over the span; where the samples are equally spaced, a multiple that makes them steps' ends."""
+    spacing = gaps[gaps != 0.0]
+    samples = round(span / spacing[0])
+    if np.allclose(spacing, spacing[0], rtol=1e-12) and math.isclose(samples * spacing[0], span, rel_tol=1e-12):
+        return samples * math.ceil(abs(spacing[0]) / max_step * (1 - 1e-12))
+    return math.ceil(abs(span) / max_step * (1 - 1e-12))
+
+
+def _lagrange(place: Float[np.ndarray, " samples"]) -> Float[np.ndarray, "samples k"]:
+    """Weights of the states 0, 1, .. k - 1 in the polynomial through them, at each place; exact at the states."""
+    nodes = np.arange(_INTERPOLATION)
+    nearest = np.round(place)
+    place = np.where(np.abs(place - nearest) < 1e-9, nearest, place)
+    weights = np.ones((len(place), _INTERPOLATION))
+    for j in nodes:
+        for k in nodes[nodes != j]:
+            weights[:, j] *= (place - k) / (j - k)
+    return weights
+
+
+@functools.cache
+def adams_weights(order: int) -> tuple[Float[np.ndarray, " order"], Float[np.ndarray, " order+1"]]:
+    """Weights of the predictor on slopes 0, -1, .. and of the corrector on slopes 1, 0, -1, ..
+
+    They integrate over one step the polynomial through the slopes (Hairer, Norsett & Wanner 1993, III.1); the
+    corrector is one order higher than the predictor.
+    """
+
+    def weights(nodes: list[int]) -> np.ndarray:
+        # In rationals: the weights alternate in sign and grow, and floats lose half their digits on the way.
+        found = []
+        for node in nodes:
+            basis = [Fraction(1)]
+            for other in nodes:
+                if other != node:
+                    shifted, scaled = [Fraction(0), *basis], [*(c * other for c in basis), Fraction(0)]
+                    basis = [(x - y) / (node - other) for x, y in zip(shifted, scaled, strict=True)]
+            found.append(float(sum(c / (power + 1) for power, c in enumerate(basis))))
+        return np.array(found)
+
+    return weights([-j for j in range(order)]), weights([1 - j for j in range(order + 1)])
+
+
+def integrate_adams(
+    f: Derivative,
+    initial: PyTree,
+    table: PyTree,
+    step: Float[Array, ""],
+    *,
+    count: Int[Array | np.ndarray, ""] | None = None,
+    keep_all: bool = True,
+) -> PyTree:
+    """States at every step, the initial one first, or the last one alone.
+
+    Predict, evaluate, correct, evaluate: Adams-Bashforth of order 10, Adams-Moulton of order 11 (Hairer, Norsett &
+    Wanner 1993, III.1), the first nine steps by Dormand-Prince 8. `table` has leaves over the nodes of an `AdamsGrid`.
+    With a traced `count` only that many steps are taken, and one program serves every length: forward-mode
+    derivatives only; later states repeat the initial one.
+    """
+    starting = jax.tree.map(lambda a: a[:START_NODES].reshape(ORDER - 1, _NODES_A_STEP, *a.shape[1:]), table)
+    ends = jax.tree.map(lambda a: jnp.concatenate([a[_NODES_A_STEP:START_NODES:_NODES_A_STEP], a[START_NODES:]]), table)
+    first, early, slopes = _start(f, initial, starting, ends, step)
+
+    rows = jnp.asarray(_turning_weights(), jnp.result_type(*jax.tree.leaves(initial))) * step
+    # Each step needs the environment at its two ends.
+    pairs = jax.tree.map(lambda a: jnp.stack([a[ORDER - 2 : -1], a[ORDER - 1 :]], axis=1), ends)
+    capacity = jax.tree.leaves(pairs)[0].shape[0]
+
+    def half_step(carry, inputs):
+        state, slopes = carry
+        row, slot, point = inputs
+        slope = f(state, point)
+        slopes = jax.tree.map(lambda k, new: lax.dynamic_update_index_in_dim(k, new, slot, 0), slopes, slope)
+        return (jax.tree.map(lambda y, k: y + weighted(row, k), state, slopes), slopes), None
+
+    def advance(carry, inputs):
+        number, pair = inputs
+        turn = number % ORDER
+        slots = jnp.stack([(turn + ORDER - 1) % ORDER, jnp.full_like(turn, ORDER)])
+        # Two rounds of a loop, not two copies: what one leaves is in memory before the other reads it, where the
+        # compiler would else compute the first round once more for every array of the second.
+        carry, _ = lax.scan(half_step, carry, (rows[turn], slots, pair))
+        return carry, (carry[0] if keep_all else None)
+
+    if count is None:
+        (last, _), states = lax.scan(advance, (first, slopes), (jnp.arange(capacity), pairs))
+    else:
+        last, states = _counted(advance, (first, slopes), pairs, capacity, count - (ORDER - 1), keep_all)
+    if not keep_all:
+        return last
+    return jax.tree.map(lambda a, b, c: jnp.concatenate([a[None], b, c]), initial, early, states)
+
+
+def _counted(advance, carry, pairs, capacity, count, keep_all):
+    kept = jax.tree.map(lambda a: jnp.broadcast_to(a, (capacity, *a.shape)), carry[0]) if keep_all else None
+
+    def body(number, carry):
+        moving, kept = carry
+        pair = jax.tree.map(lambda a: lax.dynamic_index_in_dim(a, number, keepdims=False), pairs)
+        moving, state = advance(moving, (number, pair))
+        if keep_all:
+            kept = jax.tree.map(lambda a, b: lax.dynamic_update_index_in_dim(a, b, number, 0), kept, state)
+        return moving, kept
+
+    (last, _), kept = lax.fori_loop(0, count, body, (carry, kept))
+    return last, kept
+
+
+def _turning_weights() -> Float[np.ndarray, "order 2 slots"]:
+    """Weights of the kept slopes in the two halves of a step: predict from the corrected state, correct the predicted.
+
+    A slope stays where it was written, in slot (its step's number) mod 10, that of the predicted state in slot 10; the
+    weights go round instead: row n is that of steps n, n + 10, ... The correction is the corrector minus the predictor.
+    """
+    predictor, corrector = adams_weights(ORDER)
+    newest = (ORDER - 1 + np.arange(ORDER)) % ORDER
+    age = (newest[:, None] - np.arange(ORDER)) % ORDER
+    predict = np.pad(predictor[age], ((0, 0), (0, 1)))
+    correct = np.pad((corrector[1:] - predictor)[age], ((0, 0), (0, 1)), constant_values=corrector[0])
+    return np.stack([predict, correct], axis=1)
+
+
+def _start(f, initial, starting, ends, step):
+    """State after the starting steps, the states after each of them, and the slopes at the beginning of each.
+
+    Two slots are left for slopes to come.
+    """
+    tableau = DORMAND_PRINCE_8
+
+    def one_step(state, inputs):
+        points, end = inputs
+        nodes = tuple(jax.tree.map(lambda a, k=k: a[k], points) for k in range(_NODES_A_STEP))
+        slope = f(state, nodes[0])
+        state = tableau_step(tableau, f, state, step, (*nodes, end))
+        return state, (state, slope)
+
+    early_ends = jax.tree.map(lambda a: a[: ORDER - 1], ends)
+    last, (states, slopes) = lax.scan(one_step, initial, (starting, early_ends))
+    return last, states, jax.tree.map(lambda k: jnp.concatenate([k, jnp.zeros_like(k[:2])]), slopes)

@@ -1,0 +1,92 @@
+"""Attitude motion over a grid that is given."""
+
+import dataclasses
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from jaxsat.dynamics import AttitudeState, RigidBody, derivative, rigid_body
+from jaxsat.environment import OrbitTable
+from jaxsat.integrators import RK4, AdamsGrid, StepGrid, Tableau, integrate, integrate_blocks, tableau_step
+from jaxsat.math import quaternion
+from jaxsat.simulate.parts import advance_parts, parts_of
+from jaxsat.spacecraft import Spacecraft
+from jaxsat.torques import MUNIN_TORQUES, AbstractTorque
+
+
+class Trajectory(eqx.Module):
+    """Attitude motion at the requested times."""
+
+    quaternion: Float[Array, "*cases samples 4"]
+    """inertial-from-body, scalar first."""
+    angular_velocity: Float[Array, "*cases samples 3"]
+    """Body axes [rad/s]."""
+    rod_lag: Float[Array, "*cases samples rods"] | None = None
+    """State of the hysteresis rods, where there are any."""
+    grid: StepGrid | AdamsGrid | None = None
+    """The steps taken; a fit or a derivative may go over them again (`simulate_on_grid`)."""
+    error: float | None = eqx.field(static=True, default=None)
+    """Largest angle to the same motion with steps 1.5 times as long [rad]: more than the error of a smooth motion."""
+    diverged: tuple[int, ...] = eqx.field(static=True, default=())
+    """Cases whose motion is not finite."""
+
+
+def simulate_on_grid(
+    spacecraft: Spacecraft,
+    initial: AttitudeState,
+    table: OrbitTable,
+    grid: StepGrid | AdamsGrid,
+    *,
+    torques: tuple[AbstractTorque, ...] = MUNIN_TORQUES,
+    tableau: Tableau = RK4,
+    blocks: Int[Array | np.ndarray, ""] | None = None,
+    checkpoint_every: int | None = None,
+) -> Trajectory:
+    """Motion from `initial` at the grid's start, at the times the grid was laid through; may be traced.
+
+    `table` is the orbit at `grid.node_times`. The grid tells the method: Adams of order 10, or the Runge-Kutta method
+    of `tableau`, for which the grid was laid, with the quaternion renormalised after each step. With `blocks` only
+    that many blocks of Runge-Kutta steps are taken (forward-mode derivatives only) and later samples are meaningless;
+    `checkpoint_every` is the reverse mode's economy (`jaxsat.integrators.integrate`).
+    """
+    body = rigid_body(spacecraft, torques)
+    if isinstance(grid, AdamsGrid):
+        if blocks is not None or checkpoint_every is not None:
+            raise ValueError("simulate_on_grid: blocks and checkpoint_every are for Runge-Kutta grids")
+        return by_adams(initial, body, table, grid)
+
+    def step(state, h, points):
+        return attitude_step(body, tableau, state, h, points)
+
+    lengths = jnp.asarray(grid.step)
+    if blocks is None:
+        states = integrate(step, initial, table, lengths, checkpoint_every=checkpoint_every)
+    else:
+        states = integrate_blocks(step, initial, table, lengths, blocks)
+    at_samples = jax.tree.map(lambda a: a[grid.sample_index], states)
+    return Trajectory(at_samples.quaternion, at_samples.angular_velocity, at_samples.rod_lag, grid)
+
+
+def by_adams(
+    initial: AttitudeState,
+    body: RigidBody,
+    table: OrbitTable,
+    grid: AdamsGrid,
+    *,
+    count: Int[Array | np.ndarray, ""] | None = None,
+) -> Trajectory:
+    """`simulate_on_grid` for an Adams grid; `count` as in `integrate_adams`."""
+    states = advance_parts(parts_of(initial), initial, body, table, grid, count=count)
+    lag = None if initial.rod_lag is None else states[:, 7:]
+    return Trajectory(quaternion.normalize(states[:, :4]), states[:, 4:7], lag, grid)
+
+
+def attitude_step(
+    body: RigidBody, tableau: Tableau, state: AttitudeState, h: Float[Array, ""], points: tuple[OrbitTable, ...]
+) -> AttitudeState:
+    """One step of the attitude, with the quaternion brought back to unit length."""
+    state = tableau_step(tableau, lambda y, point: derivative(y, point, body), state, h, points)
+    return dataclasses.replace(state, quaternion=quaternion.normalize(state.quaternion))

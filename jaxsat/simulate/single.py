@@ -1,0 +1,145 @@
+"""Attitude motion at any times within a stated tolerance."""
+
+import dataclasses
+from collections.abc import Callable
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from jaxsat.dynamics import AttitudeState, rigid_body
+from jaxsat.environment import OrbitTable
+from jaxsat.integrators import DORMAND_PRINCE_8, AdamsGrid, StepGrid, Tableau
+from jaxsat.integrators.adams import ORDER, REACH
+from jaxsat.integrators.grid import BLOCK
+from jaxsat.math import quaternion
+from jaxsat.simulate.on_grid import Trajectory, by_adams, simulate_on_grid
+from jaxsat.spacecraft import Spacecraft
+from jaxsat.torques import MUNIN_TORQUES, AbstractTorque
+
+Tabulate = Callable[..., OrbitTable]
+"""Called with times [s] it gives the orbit's table at them: `jaxsat.environment.Surroundings`, or a function."""
+
+COARSER = 1.5
+"""Ratio of the steps of the two runs that are compared."""
+ATTEMPTS = 12
+MOST_STEPS = 2_000_000
+
+
+def simulate(
+    spacecraft: Spacecraft,
+    initial: AttitudeState,
+    surroundings: Tabulate,
+    times: np.ndarray,
+    *,
+    start: float = 0.0,
+    torques: tuple[AbstractTorque, ...] = MUNIN_TORQUES,
+    tolerance: float = 1e-6,
+    tableau: Tableau | None = None,
+) -> Trajectory:
+    """Motion from `initial` at `start`, at monotonic `times` [s], its attitude within `tolerance` [rad].
+
+    The step is tried from the motion's rate, checked by a second run with longer steps, and shortened until the two
+    agree; `error` of the result is their difference. The method is the Runge-Kutta one of `tableau`; by default Adams
+    of order 10 where all torques are smooth, else Dormand-Prince 8. To differentiate, go over the grid of the result
+    with `simulate_on_grid`. Raises ValueError where the times are not monotonic, where the motion is not finite, and
+    where no step holds the tolerance: it is below rounding, or the motion has kinks that no step resolves.
+    """
+    if not 0.0 < tolerance < 1.0:
+        raise ValueError(f"simulate: tolerance must be between 0 and 1 rad, got {tolerance}")
+    times = np.asarray(times, float)
+    if tableau is None and not all(torque.smooth for torque in torques):
+        tableau = DORMAND_PRINCE_8
+    order, reach = (ORDER, REACH) if tableau is None else (tableau.order, tableau.reach)
+    rate = float(_rate(spacecraft, initial, surroundings, np.array([float(start)])))
+
+    def attempt(step):
+        if tableau is None and np.any(times != start):
+            return _adams_at_step(spacecraft, initial, surroundings, times, start, torques, step)
+        return _at_step(spacecraft, initial, surroundings, times, start, torques, tableau or DORMAND_PRINCE_8, step)
+
+    _, error, motion = hold(tolerance, reach * tolerance ** (1.0 / order) / rate, order, times, start, attempt)
+    return dataclasses.replace(motion, error=error)
+
+
+def hold(tolerance, first_step, order, times, start, attempt):
+    """Step, error and result of the first attempt that agrees within `tolerance` with one of 1.5 times its step.
+
+    `attempt(step)` returns something with a `quaternion`. Raises ValueError where no step does.
+    """
+    span, best = float(np.max(np.abs(times - start), initial=0.0)), np.inf
+    step = min(first_step, max(span, 1e-3))
+    for _ in range(ATTEMPTS):
+        if span > MOST_STEPS * step:
+            break
+        fine, coarse = attempt(step), attempt(COARSER * step)
+        error = float(np.max(np.asarray(_apart(fine.quaternion, coarse.quaternion)), initial=0.0))
+        if error <= tolerance:
+            return step, error, fine
+        # Near rounding a shorter step is no better.
+        if error > 0.5 * best and error < 1e-9:
+            break
+        best = min(best, error)
+        # A motion that is not resolved yet says little of how fast the error falls.
+        shrink = (0.5 * tolerance / error) ** (1.0 / order) if error < 0.1 else 0.5
+        step *= max(0.25, shrink)
+    raise ValueError(f"no step holds a tolerance of {tolerance:g} rad; the best agreement was {best:.1e} rad")
+
+
+@eqx.filter_jit
+def _rate(spacecraft, initial, surroundings, start):
+    return fastest_rate(spacecraft, initial, surroundings(start))
+
+
+def fastest_rate(spacecraft: Spacecraft, initial: AttitudeState, table: OrbitTable) -> Float[Array, ""]:
+    """Rate scale of the coming motion [rad/s]: root of the squares of spin, swing in the field and orbital rate.
+
+    A dipole m in a field B swings at sqrt(m B / J); a satellite turns about the vertical at the orbit's own rate.
+    """
+    smallest = jnp.linalg.eigvalsh(spacecraft.inertia)[0]
+    r, b = (jnp.linalg.norm(x, axis=-1)[0] for x in (table.position_eci, table.b_field_eci))
+    dipole = jnp.linalg.norm(spacecraft.magnet) + jnp.sum(jnp.abs(spacecraft.rods.moments))
+    # Over an orbit the field grows to twice what it is at the start, or falls.
+    swing = 2.0 * dipole * b / smallest
+    orbital = 4.0e14 / r**3
+    return jnp.sqrt(jnp.sum(initial.angular_velocity**2) + swing + orbital)
+
+
+@jax.jit
+def _apart(p: Float[Array, "*batch 4"], q: Float[Array, "*batch 4"]) -> Float[Array, "*batch"]:
+    return quaternion.angle_between(p, q)
+
+
+def _at_step(spacecraft, initial, surroundings, times, start, torques, tableau, step) -> Trajectory:
+    grid = StepGrid.through(times, start=start, max_step=step, tableau=tableau)
+    used = grid.step.shape[0]
+    # Few shapes, few compilations: the steps' number is rounded up, and the rest is not computed.
+    grid = StepGrid.through(times, start=start, max_step=step, tableau=tableau, pad_steps=bucket(used))
+    return _run(spacecraft, initial, surroundings, grid, torques, tableau, np.asarray(used // BLOCK))
+
+
+def bucket(count: int) -> int:
+    """The number of steps that a program is compiled for, so that lengths share one."""
+    return max(64, 1 << (count - 1).bit_length())
+
+
+@eqx.filter_jit
+def _run(spacecraft, initial, surroundings, grid, torques, tableau, blocks):
+    grid = jax.tree.map(jnp.asarray, grid)
+    table = surroundings(grid.node_times)
+    return simulate_on_grid(spacecraft, initial, table, grid, torques=torques, tableau=tableau, blocks=blocks)
+
+
+def _adams_at_step(spacecraft, initial, surroundings, times, start, torques, step) -> Trajectory:
+    grid = AdamsGrid.through(times, start=start, max_step=step)
+    padded = grid.padded(bucket(grid.steps))
+    motion = _run_adams(spacecraft, initial, surroundings, padded, torques, np.asarray(grid.steps))
+    return dataclasses.replace(motion, grid=grid)
+
+
+@eqx.filter_jit
+def _run_adams(spacecraft, initial, surroundings, grid, torques, count):
+    grid = jax.tree.map(jnp.asarray, grid)
+    return by_adams(initial, rigid_body(spacecraft, torques), surroundings(grid.node_times), grid, count=count)
