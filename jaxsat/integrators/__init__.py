@@ -1,4 +1,4 @@
-"""Fixed-step integration over tabulated nodes: Runge-Kutta of order 4 and 8, Adams of order 10, and their steps."""
+"""Fixed-step integration over tabulated nodes: Runge-Kutta of order 4 and 8, Adams of order 12, and their steps."""
 
 from jaxsat.integrators.adams import AdamsGrid as AdamsGrid
 from jaxsat.integrators.adams import integrate_adams as integrate_adams

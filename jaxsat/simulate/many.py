@@ -45,7 +45,7 @@ def simulate_many(
 ) -> Trajectory:
     """Motions of many cases from `initial`, leaves over the cases, at monotonic `times` [s]: [cases, samples, ...].
 
-    `spacecraft` is shared, or its leaves are over the cases too. The method is Adams of order 10, for torques without
+    `spacecraft` is shared, or its leaves are over the cases too. The method is Adams of order 12, for torques without
     kinks. The step is the one with which a pilot chunk, half of it the fastest cases, agrees with steps 1.5 times as
     long within a third of `tolerance` [rad]; `error` of the result is the pilot's. With `max_step` [s] it is given and
     not checked. Cases that are not finite are listed in `diverged`. Raises ValueError as `simulate` does.

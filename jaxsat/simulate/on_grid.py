@@ -47,7 +47,7 @@ def simulate_on_grid(
 ) -> Trajectory:
     """Motion from `initial` at the grid's start, at the times the grid was laid through; may be traced.
 
-    `table` is the orbit at `grid.node_times`. The grid tells the method: Adams of order 10, or the Runge-Kutta method
+    `table` is the orbit at `grid.node_times`. The grid tells the method: Adams of order 12, or the Runge-Kutta method
     of `tableau`, for which the grid was laid, with the quaternion renormalised after each step. With `blocks` only
     that many blocks of Runge-Kutta steps are taken (forward-mode derivatives only) and later samples are meaningless;
     `checkpoint_every` is the reverse mode's economy (`jaxsat.integrators.integrate`).

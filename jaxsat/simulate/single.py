@@ -43,7 +43,7 @@ def simulate(
 
     The step is tried from the motion's rate, checked by a second run with longer steps, and shortened until the two
     agree; `error` of the result is their difference. The method is the Runge-Kutta one of `tableau`; by default Adams
-    of order 10 where all torques are smooth, else Dormand-Prince 8. To differentiate, go over the grid of the result
+    of order 12 where all torques are smooth, else Dormand-Prince 8. To differentiate, go over the grid of the result
     with `simulate_on_grid`. Raises ValueError where the times are not monotonic, where the motion is not finite, and
     where no step holds the tolerance: it is below rounding, or the motion has kinks that no step resolves.
     """

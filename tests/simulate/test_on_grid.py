@@ -9,9 +9,10 @@ from scipy.spatial.transform import Rotation
 
 from jaxsat.dynamics import AttitudeState
 from jaxsat.environment import KeplerOrbit, OrbitTable, igrf_field, tabulate_orbit
-from jaxsat.integrators import BLOCK, StepGrid
-from jaxsat.simulate import simulate
-from jaxsat.spacecraft import MagneticRods, SolarPanels, Spacecraft, box_normals
+from jaxsat.integrators import BLOCK, DORMAND_PRINCE_8, RK4, StepGrid
+from jaxsat.simulate import simulate_on_grid
+from jaxsat.spacecraft import HysteresisRods, MagneticRods, SolarPanels, Spacecraft, box_normals
+from jaxsat.torques import PermanentMagnet
 
 INERTIA = np.array([[0.0514, 0.0014, -0.0022], [0.0014, 0.0549, 0.0011], [-0.0022, 0.0011, 0.0578]])
 Q0 = Rotation.from_rotvec([0.7, -1.1, 0.4])
@@ -28,7 +29,7 @@ def start(q=Q0, w=W0):
     return AttitudeState(jnp.asarray(q.as_quat(scalar_first=True)), jnp.asarray(w))
 
 
-move = eqx.filter_jit(simulate)
+move = eqx.filter_jit(simulate_on_grid)
 
 
 def free_motion(inertia, times, max_step, pad_steps=BLOCK):
@@ -74,9 +75,16 @@ FIELD = igrf_field(2001.05, degree=2)
 tabulate = eqx.filter_jit(tabulate_orbit)
 
 
-def laid(times, *, start=0.0, max_step=10.0, pad_samples=2):
+def laid(times, *, start=0.0, max_step=10.0, pad_samples=2, pad_steps=512, tableau=RK4):
     """Grid and table; all of one shape, so that the programs are compiled once."""
-    grid = StepGrid.through(np.array(times), start=start, max_step=max_step, pad_samples=pad_samples, pad_steps=512)
+    grid = StepGrid.through(
+        np.array(times),
+        start=start,
+        max_step=max_step,
+        tableau=tableau,
+        pad_samples=pad_samples,
+        pad_steps=pad_steps,
+    )
     return grid, tabulate(ORBIT, jnp.asarray(grid.node_times), FIELD, 3.3376)
 
 
@@ -91,6 +99,30 @@ def test_order_four_with_all_torques():
         ends.append(Rotation.from_quat(np.asarray(motion.quaternion[1]), scalar_first=True))
     error = np.array([(ends[-1].inv() * end).magnitude() for end in ends[:-1]])
     np.testing.assert_allclose(np.log2(error[:-1] / error[1:]), 4.0, atol=0.2)
+
+
+def test_order_eight_meets_order_four():
+    """Two methods: eight steps of 50 s of one against 512 of 0.8 s of the other."""
+    grid, table = laid([200.0, 400.0], max_step=400 / 512)
+    fine = move(craft_with(INERTIA), start(), table, grid)
+    errors = []
+    for steps in (8, 16):
+        grid, table = laid([200.0, 400.0], max_step=400 / steps, pad_steps=16, tableau=DORMAND_PRINCE_8)
+        motion = move(craft_with(INERTIA), start(), table, grid, tableau=DORMAND_PRINCE_8)
+        assert motion.grid is not None and motion.grid.step.shape == (16,)
+        errors.append(np.abs(np.asarray(motion.quaternion) - np.asarray(fine.quaternion)).max())
+    # RK4 itself: (0.015)^5 0.8^4 400 / 60 = 2e-9, the motion's rate being 0.03 rad/s.
+    assert errors[0] < 1e-5 and errors[1] < 1e-8
+    assert errors[0] > 100 * errors[1]
+
+
+def test_grid_of_another_method_is_refused():
+    """A grid for order eight has ten inner nodes a step: order four would read its table at wrong times."""
+    grid, table = laid([200.0, 400.0], max_step=50.0, pad_steps=16, tableau=DORMAND_PRINCE_8)
+    with pytest.raises(ValueError):
+        simulate_on_grid(craft_with(INERTIA), start(), table, grid, torques=())
+    with pytest.raises(ValueError):
+        simulate_on_grid(craft_with(INERTIA), start(), TABLE, GRID, torques=(), tableau=DORMAND_PRINCE_8)
 
 
 def test_backward_returns_to_the_start():
@@ -133,7 +165,7 @@ CHANGES = (
 )
 
 
-def final_attitude(changes, blocks=None, run=simulate):
+def final_attitude(changes, blocks=None, run=simulate_on_grid):
     pair = (craft_with(INERTIA), start())
     for k, (where, change) in enumerate(CHANGES):
         pair = eqx.tree_at(where, pair, where(pair) + changes[k] * jnp.asarray(change))
@@ -161,9 +193,49 @@ def test_slopes_of_the_final_attitude(way, difference):
     np.testing.assert_allclose(slope, difference, atol=2e-8)
 
 
+def test_checkpoints_change_neither_motion_nor_slope():
+    """The slope of a scalar loss, the steps of a grid without padding being 24 and no multiple of 10."""
+    grid, table = laid([100.0, 240.0], pad_steps=1)
+    assert grid.step.shape == (24,)
+
+    def loss(magnet, every):
+        craft = eqx.tree_at(lambda c: c.magnet, craft_with(INERTIA), magnet)
+        torques = (PermanentMagnet(),)
+        motion = simulate_on_grid(craft, start(), table, grid, torques=torques, checkpoint_every=every)
+        return jnp.sum(motion.quaternion[:, 0] ** 2 + 100.0 * motion.angular_velocity[:, 1])
+
+    magnet = craft_with(INERTIA).magnet
+    (plain, slope), (value, found) = (
+        jax.jit(jax.value_and_grad(lambda m, k=k: loss(m, k)))(magnet) for k in (None, 10)
+    )
+    np.testing.assert_allclose(value, plain, rtol=1e-14)
+    np.testing.assert_allclose(found, slope, rtol=1e-11)
+    assert np.abs(slope).min() > 1e-2
+
+
+def test_state_of_the_rods_goes_along():
+    """A rod in a field that grows along it from nothing leaves the boundary loop behind by its own law."""
+    mu0, hc, rate = 1.25663706127e-6, 12.0, 2e-8
+    rods = HysteresisRods(np.eye(3)[:1], np.array([1e-7]), np.array([hc]), np.array([0.004]), np.array([0.025]))
+    craft = eqx.tree_at(lambda c: c.hysteresis_rods, craft_with(INERTIA), rods, is_leaf=lambda x: x is None)
+    grid = StepGrid.through(np.array([0.0, 300.0, 900.0]), start=0.0, max_step=10.0)
+    t = jnp.asarray(grid.node_times)[:, None]
+    along = jnp.asarray([[1.0, 0.0, 0.0]])
+    table = OrbitTable(7e6 * along + 0.0 * t, rate * along * t, rate * along + 0.0 * t)
+    still = AttitudeState(jnp.asarray([1.0, 0, 0, 0]), jnp.zeros(3), jnp.asarray([-1.0]))
+    motion = move(craft, still, table, grid, torques=())
+    # p = 2 and q0 = 0: dz/dx = 1 - (1 + z)^2 / 4 with x = H / Hc, from z = -1: z = 2 tanh(x / 2) - 1.
+    x = rate * np.array([0.0, 300.0, 900.0]) / mu0 / hc
+    np.testing.assert_allclose(np.asarray(motion.rod_lag)[:, 0], 2 * np.tanh(x / 2) - 1, atol=1e-8)
+    np.testing.assert_array_equal(motion.quaternion, np.eye(4)[:1].repeat(3, axis=0))
+    assert move(craft_with(INERTIA), start(), TABLE, GRID).rod_lag is None
+
+
 def test_slopes_are_finite_from_rest():
     def end(w):
-        return simulate(craft_with(INERTIA), AttitudeState(start().quaternion, w), TABLE, GRID, torques=()).quaternion
+        return simulate_on_grid(
+            craft_with(INERTIA), AttitudeState(start().quaternion, w), TABLE, GRID, torques=()
+        ).quaternion
 
     slope = jax.jit(jax.jacfwd(end))(jnp.zeros(3))
     # A slow rate turns the body by w t: dq/dw = q (0, w) t / 2.
@@ -174,7 +246,11 @@ def test_slopes_are_finite_from_rest():
 def test_many_satellites_at_once():
     rates = jnp.asarray(np.stack([W0, 0.5 * W0, -W0]))
     run = jax.jit(
-        jax.vmap(lambda w: simulate(craft_with(INERTIA), AttitudeState(start().quaternion, w), TABLE, GRID).quaternion)
+        jax.vmap(
+            lambda w: (
+                simulate_on_grid(craft_with(INERTIA), AttitudeState(start().quaternion, w), TABLE, GRID).quaternion
+            )
+        )
     )
     together = run(rates)
     for k, rate in enumerate(rates):
