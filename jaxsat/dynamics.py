@@ -12,13 +12,13 @@ from jaxsat.torques.abstract import required
 
 
 class AttitudeState(eqx.Module):
-    """What is integrated."""
+    """What is integrated; of many cases with their axes in front."""
 
-    quaternion: Float[Array, "4"]
+    quaternion: Float[Array, "*cases 4"]
     """inertial-from-body, scalar first."""
-    angular_velocity: Float[Array, "3"]
+    angular_velocity: Float[Array, "*cases 3"]
     """Of the body against inertial space, body axes [rad/s]."""
-    rod_lag: Float[Array, " rods"] | None = None
+    rod_lag: Float[Array, "*cases rods"] | None = None
     """Magnetic state of the hysteresis rods (`jaxsat.torques.hysteresis`); None without them."""
 
 

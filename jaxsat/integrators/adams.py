@@ -142,82 +142,86 @@ def integrate_adams(
     """
     starting = jax.tree.map(lambda a: a[:START_NODES].reshape(ORDER - 1, _NODES_A_STEP, *a.shape[1:]), table)
     ends = jax.tree.map(lambda a: jnp.concatenate([a[_NODES_A_STEP:START_NODES:_NODES_A_STEP], a[START_NODES:]]), table)
-    first, early, slopes = _start(f, initial, starting, ends, step)
+    early, slopes = _start(f, initial, starting, jax.tree.map(lambda a: a[: ORDER - 1], ends), step)
+    ahead = jax.tree.map(lambda a: a[ORDER - 1 :], ends)
+    capacity = jax.tree.leaves(ahead)[0].shape[0]
+    predictor, correction, own = _turning_weights(step, jnp.result_type(*jax.tree.leaves(initial)))
 
-    rows = jnp.asarray(_turning_weights(), jnp.result_type(*jax.tree.leaves(initial))) * step
-    # Each step needs the environment at its two ends.
-    pairs = jax.tree.map(lambda a: jnp.stack([a[ORDER - 2 : -1], a[ORDER - 1 :]], axis=1), ends)
-    capacity = jax.tree.leaves(pairs)[0].shape[0]
-
-    def half_step(carry, inputs):
-        state, slopes = carry
-        row, slot, point = inputs
-        slope = f(state, point)
-        slopes = jax.tree.map(lambda k, new: lax.dynamic_update_index_in_dim(k, new, slot, 0), slopes, slope)
-        return (jax.tree.map(lambda y, k: y + weighted(row, k), state, slopes), slopes), None
+    def sums(newest, state, slopes):
+        # Both sums as one complex number: the compiler then makes one pass over the slopes, not two.
+        rows = predictor[newest], correction[newest]
+        return jax.tree.map(lambda y, k: lax.complex(y + weighted(rows[0], k), weighted(rows[1], k)), state, slopes)
 
     def advance(carry, inputs):
-        number, pair = inputs
-        turn = number % ORDER
-        slots = jnp.stack([(turn + ORDER - 1) % ORDER, jnp.full_like(turn, ORDER)])
-        # Two rounds of a loop, not two copies: what one leaves is in memory before the other reads it, where the
-        # compiler would else compute the first round once more for every array of the second.
-        carry, _ = lax.scan(half_step, carry, (rows[turn], slots, pair))
-        return carry, (carry[0] if keep_all else None)
+        both, corrected, slopes = carry
+        number, point = inputs
+        turn, place = number % ORDER, number % 2
+        predicted = jax.tree.map(jnp.real, both)
+        slope = f(predicted, point)
+        state = jax.tree.map(lambda z, new: jnp.real(z) + (own * new + jnp.imag(z)), both, slope)
+        # Written to memory and read again at a place that the compiler does not know: else it would work the
+        # correction out once more for every array of the second slope.
+        corrected = _written(corrected, state, place)
+        state = jax.tree.map(lambda a: lax.dynamic_index_in_dim(a, place, keepdims=False), corrected)
+        slopes = _written(slopes, f(state, point), turn)
+        return (sums(turn, state, slopes), corrected, slopes), (state if keep_all else None)
 
+    first = jax.tree.map(lambda a: a[-1], early)
+    blank = jax.tree.map(lambda a: jnp.stack([a, a]), first)
+    carry = (sums(ORDER - 1, first, slopes), blank, slopes)
     if count is None:
-        (last, _), states = lax.scan(advance, (first, slopes), (jnp.arange(capacity), pairs))
+        (_, corrected, _), states = lax.scan(advance, carry, (jnp.arange(capacity), ahead))
+        last_place = (capacity - 1) % 2
     else:
-        last, states = _counted(advance, (first, slopes), pairs, capacity, count - (ORDER - 1), keep_all)
+        taken = count - (ORDER - 1)
+        corrected, states = _counted(advance, carry, ahead, capacity, taken, keep_all)
+        last_place = (taken - 1) % 2
     if not keep_all:
-        return last
+        return jax.tree.map(lambda a: a[last_place], corrected)
     return jax.tree.map(lambda a, b, c: jnp.concatenate([a[None], b, c]), initial, early, states)
 
 
-def _counted(advance, carry, pairs, capacity, count, keep_all):
-    kept = jax.tree.map(lambda a: jnp.broadcast_to(a, (capacity, *a.shape)), carry[0]) if keep_all else None
+def _written(kept: PyTree, new: PyTree, place: Int[Array, ""]) -> PyTree:
+    return jax.tree.map(lambda a, b: lax.dynamic_update_index_in_dim(a, b, place, 0), kept, new)
+
+
+def _counted(advance, carry, ahead, capacity, count, keep_all):
+    kept = jax.tree.map(lambda a: jnp.zeros((capacity, *a.shape[1:]), a.dtype), carry[1]) if keep_all else None
 
     def body(number, carry):
         moving, kept = carry
-        pair = jax.tree.map(lambda a: lax.dynamic_index_in_dim(a, number, keepdims=False), pairs)
-        moving, state = advance(moving, (number, pair))
-        if keep_all:
-            kept = jax.tree.map(lambda a, b: lax.dynamic_update_index_in_dim(a, b, number, 0), kept, state)
-        return moving, kept
+        point = jax.tree.map(lambda a: lax.dynamic_index_in_dim(a, number, keepdims=False), ahead)
+        moving, state = advance(moving, (number, point))
+        return moving, _written(kept, state, number) if keep_all else None
 
-    (last, _), kept = lax.fori_loop(0, count, body, (carry, kept))
-    return last, kept
+    (_, corrected, _), kept = lax.fori_loop(0, count, body, (carry, kept))
+    return corrected, kept
 
 
-def _turning_weights() -> Float[np.ndarray, "order 2 slots"]:
-    """Weights of the kept slopes in the two halves of a step: predict from the corrected state, correct the predicted.
+def _turning_weights(step, dtype):
+    """Step times the weights of the kept slopes in predictor and correction, [newest slot, slot], and of the new slope.
 
-    A slope stays where it was written, in slot (its step's number) mod 12, that of the predicted state in slot 12; the
-    weights go round instead: row n is that of steps n, n + 12, ... The correction is the corrector minus the predictor.
+    A slope stays in the slot (its step's number) mod 12 and the weights go round instead. The correction is the
+    corrector minus the predictor, but for its weight of the slope at the predicted state.
     """
     predictor, corrector = adams_weights(ORDER)
-    newest = (ORDER - 1 + np.arange(ORDER)) % ORDER
-    age = (newest[:, None] - np.arange(ORDER)) % ORDER
-    predict = np.pad(predictor[age], ((0, 0), (0, 1)))
+    slots = np.arange(ORDER)
+    age = (slots[:, None] - slots) % ORDER
     correction = np.append(corrector[1:], 0.0) - predictor
-    correct = np.pad(correction[age], ((0, 0), (0, 1)), constant_values=corrector[0])
-    return np.stack([predict, correct], axis=1)
+    return jnp.asarray(predictor[age], dtype) * step, jnp.asarray(correction[age], dtype) * step, step * corrector[0]
 
 
-def _start(f, initial, starting, ends, step):
-    """State after the starting steps, the states after each of them, and the slopes at the beginning of each.
-
-    Two slots are left for slopes to come.
-    """
+def _start(f, initial, starting, early_ends, step):
+    """The states after each of the starting steps, and the slopes at the beginning and after each."""
     tableau = DORMAND_PRINCE_8
 
     def one_step(state, inputs):
         points, end = inputs
         nodes = tuple(jax.tree.map(lambda a, k=k: a[k], points) for k in range(_NODES_A_STEP))
-        slope = f(state, nodes[0])
         state = tableau_step(tableau, f, state, step, (*nodes, end))
-        return state, (state, slope)
+        return state, state
 
-    early_ends = jax.tree.map(lambda a: a[: ORDER - 1], ends)
-    last, (states, slopes) = lax.scan(one_step, initial, (starting, early_ends))
-    return last, states, jax.tree.map(lambda k: jnp.concatenate([k, jnp.zeros_like(k[:2])]), slopes)
+    _, states = lax.scan(one_step, initial, (starting, early_ends))
+    every = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), initial, states)
+    points = jax.tree.map(lambda a, b: jnp.concatenate([a[:1, 0], b]), starting, early_ends)
+    return states, lax.map(lambda pair: f(*pair), (every, points))

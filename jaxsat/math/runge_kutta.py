@@ -32,7 +32,7 @@ class Tableau:
         return len(self.rows)
 
     @property
-    def matrix(self) -> Float[np.ndarray, "stages+1 stages"]:
+    def matrix(self) -> Float[np.ndarray, "rows stages"]:
         """The rows and, last, the weights, as one matrix with its zeros."""
         found = np.zeros((self.stages + 1, self.stages))
         for i, row in enumerate((*self.rows, self.weights)):
