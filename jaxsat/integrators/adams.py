@@ -138,14 +138,16 @@ def integrate_adams(
     Predict, evaluate, correct, evaluate: Adams-Bashforth and Adams-Moulton of order 12 (Hairer, Norsett & Wanner
     1993, III.1), the first eleven steps by Dormand-Prince 8. `table` has leaves over the nodes of an `AdamsGrid`.
     With a traced `count` only that many steps are taken, and one program serves every length: forward-mode
-    derivatives only; later states repeat the initial one.
+    derivatives only; later states are zero.
     """
+    dtype = jnp.result_type(*jax.tree.leaves(initial))
+    step = jnp.asarray(step, dtype)
     starting = jax.tree.map(lambda a: a[:START_NODES].reshape(ORDER - 1, _NODES_A_STEP, *a.shape[1:]), table)
     ends = jax.tree.map(lambda a: jnp.concatenate([a[_NODES_A_STEP:START_NODES:_NODES_A_STEP], a[START_NODES:]]), table)
     early, slopes = _start(f, initial, starting, jax.tree.map(lambda a: a[: ORDER - 1], ends), step)
     ahead = jax.tree.map(lambda a: a[ORDER - 1 :], ends)
     capacity = jax.tree.leaves(ahead)[0].shape[0]
-    predictor, correction, own = _turning_weights(step, jnp.result_type(*jax.tree.leaves(initial)))
+    predictor, correction, own = _turning_weights(step, dtype)
 
     def sums(newest, state, slopes):
         # Both sums as one complex number: the compiler then makes one pass over the slopes, not two.
@@ -174,7 +176,8 @@ def integrate_adams(
         last_place = (capacity - 1) % 2
     else:
         taken = count - (ORDER - 1)
-        corrected, states = _counted(advance, carry, ahead, capacity, taken, keep_all)
+        blank_states = jax.tree.map(lambda a: jnp.zeros((capacity, *a.shape), a.dtype), initial)
+        corrected, states = _counted(advance, carry, ahead, taken, blank_states if keep_all else None)
         last_place = (taken - 1) % 2
     if not keep_all:
         return jax.tree.map(lambda a: a[last_place], corrected)
@@ -185,20 +188,18 @@ def _written(kept: PyTree, new: PyTree, place: Int[Array, ""]) -> PyTree:
     return jax.tree.map(lambda a, b: lax.dynamic_update_index_in_dim(a, b, place, 0), kept, new)
 
 
-def _counted(advance, carry, ahead, capacity, count, keep_all):
-    kept = jax.tree.map(lambda a: jnp.zeros((capacity, *a.shape[1:]), a.dtype), carry[1]) if keep_all else None
-
+def _counted(advance, carry, ahead, count, kept):
     def body(number, carry):
         moving, kept = carry
         point = jax.tree.map(lambda a: lax.dynamic_index_in_dim(a, number, keepdims=False), ahead)
         moving, state = advance(moving, (number, point))
-        return moving, _written(kept, state, number) if keep_all else None
+        return moving, None if kept is None else _written(kept, state, number)
 
     (_, corrected, _), kept = lax.fori_loop(0, count, body, (carry, kept))
     return corrected, kept
 
 
-def _turning_weights(step, dtype):
+def _turning_weights(step: Float[Array, ""], dtype) -> tuple[Array, Array, Array]:
     """Step times the weights of the kept slopes in predictor and correction, [newest slot, slot], and of the new slope.
 
     A slope stays in the slot (its step's number) mod 12 and the weights go round instead. The correction is the
@@ -208,7 +209,11 @@ def _turning_weights(step, dtype):
     slots = np.arange(ORDER)
     age = (slots[:, None] - slots) % ORDER
     correction = np.append(corrector[1:], 0.0) - predictor
-    return jnp.asarray(predictor[age], dtype) * step, jnp.asarray(correction[age], dtype) * step, step * corrector[0]
+    return (
+        jnp.asarray(predictor[age], dtype) * step,
+        jnp.asarray(correction[age], dtype) * step,
+        step * float(corrector[0]),
+    )
 
 
 def _start(f, initial, starting, early_ends, step):

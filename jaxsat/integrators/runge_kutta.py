@@ -26,6 +26,9 @@ def tableau_step(
     The stages run in a loop: the right-hand side is traced and compiled once, and what one stage leaves is in memory
     before the next reads it, where the compiler would else compute all stages once more for every array of the state.
     """
+    wanted = len(tableau.inner_nodes) + 2
+    if len(points) != wanted:
+        raise ValueError(f"the table has {len(points)} nodes a step, the method wants {wanted}: lay the grid for it")
     stages = jax.tree.map(lambda *leaves: jnp.stack(leaves), *(points[place] for place in tableau.node_of_stage))
     if all(set(row) <= {i - 1} for i, row in enumerate(tableau.rows)):
         return _chained_step(tableau, f, state, h, stages)
@@ -97,6 +100,8 @@ def integrate(
     as steps / checkpoint_every + checkpoint_every (Griewank & Walther 2008, ch. 12).
     """
     steps = lengths.shape[0]
+    if steps == 0:
+        return jax.tree.map(lambda a: a[None], initial)
     inputs = (lengths, _per_step(table, steps))
 
     def advance(state, inputs):

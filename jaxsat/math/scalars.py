@@ -99,8 +99,8 @@ _ELEMENTWISE = frozenset(
 def _elementwise(equation: Any, inputs: list[Elements]) -> Elements:
     dtypes = [atom.aval.dtype for atom in equation.invars]
     shape = equation.outvars[0].aval.shape
-    # An operand without axes serves every element.
-    chosen = ([x[index] if x.ndim else x[()] for x in inputs] for index in np.ndindex(shape))
+    spread = [np.broadcast_to(x, shape) for x in inputs]
+    chosen = ([x[index] for x in spread] for index in np.ndindex(shape))
     return _filled((_apply(equation, operands, dtypes) for operands in chosen), shape)
 
 
@@ -194,17 +194,25 @@ _REARRANGING: dict[str, Callable[..., Elements]] = {
 def _whole(equation: Any, inputs: list[Elements]) -> list[Elements]:
     """Any other operation, on arrays put together for it and taken apart again."""
     arrays = [_together(x, atom.aval.dtype) for x, atom in zip(inputs, equation.invars, strict=True)]
-
-    def one(*operands):
-        functions, parameters = equation.primitive.get_bind_params(equation.params)
-        found = equation.primitive.bind(*functions, *operands, **parameters)
-        return tuple(found) if equation.primitive.multiple_results else (found,)
-
+    one = _alone(equation)
     extra = [x.ndim - atom.aval.ndim for x, atom in zip(arrays, equation.invars, strict=True)]
     for level in range(max(extra, default=0)):
         one = jax.vmap(one, in_axes=[-1 if more > level else None for more in extra], out_axes=-1)
     results = one(*arrays)
     return [elements(x, element_rank=atom.aval.ndim) for x, atom in zip(results, equation.outvars, strict=True)]
+
+
+def _alone(equation: Any) -> Callable[..., tuple]:
+    """The equation as a function of its operands; its own rules of derivatives stay with it."""
+
+    def one(*operands):
+        bound = equation.primitive.get_bind_params(equation.params)
+        # Older versions of JAX return functions to put before the operands, newer ones parameters alone.
+        functions, parameters = bound if isinstance(bound, tuple) else ((), bound)
+        found = equation.primitive.bind(*functions, *operands, **parameters)
+        return tuple(found) if equation.primitive.multiple_results else (found,)
+
+    return one
 
 
 def _together(x: Elements, dtype: Any) -> jax.Array:

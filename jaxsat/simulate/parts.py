@@ -50,7 +50,7 @@ def advance_parts(
     states = integrate_adams(f, parts, columns, jnp.asarray(grid.step), count=count, keep_all=not last_only)
     if last_only:
         return jnp.stack(states)[None]
-    picked = jnp.asarray(grid.sample_first)[:, None] + np.arange(grid.sample_weights.shape[1])
+    picked = jnp.asarray(grid.sample_first)[:, None] + np.arange(grid.sample_weights.shape[1])[None, :]
     weights = jnp.asarray(grid.sample_weights)
     at_samples = [jnp.einsum("sk,sk...->s...", weights, part[picked], precision="highest") for part in states]
     return jnp.stack(at_samples, axis=1)

@@ -21,9 +21,9 @@ SCALE = 85.0
 """Motions last this many radians of their fastest rate: 13 turns."""
 PARTS = np.array([0.04, 0.11, 0.2, 0.29, 0.37, 0.45, 0.5, 0.61, 0.72, 0.83, 0.94, 1.0])
 """Irregular sample times over the duration."""
-TOLERANCE = 1e-11
-"""Of the attitude [rad], near what rounding allows: 3000 steps round rate and quaternion by 1e-16 of themselves each,
-and an error in the rate turns the body away for up to 85 rad. 2e-12 is the worst measured."""
+TOLERANCE = 1e-10
+"""Of the attitude [rad], a hundred times what rounding makes of it: 3000 steps round rate and quaternion by 1e-16 of
+themselves each, and an error in the rate turns the body away for up to 85 rad."""
 
 
 class Still(eqx.Module):
@@ -46,6 +46,8 @@ def follow(inertia, q0, w0, times, magnet=(0.0, 0.0, 0.0), b_field=(0.0, 0.0, 0.
     initial = AttitudeState(jnp.asarray(q0.as_quat(scalar_first=True)), jnp.asarray(w0))
     place = Still(jnp.asarray(np.asarray(b_field)))
     motion = simulate(craft, initial, place, times, start=start, torques=TORQUES, tolerance=tolerance)
+    # Two runs were compared: they never agree to the last bit.
+    assert motion.error is not None and 0.0 < motion.error < tolerance
     return Rotation.from_quat(np.asarray(motion.quaternion), scalar_first=True), np.asarray(motion.angular_velocity)
 
 
@@ -127,7 +129,9 @@ def test_free_tumbling(name):
     found, found_rates = follow(tensor(moments), Q0, TILT.apply(w0), times)
 
     assert apart(found, expected) < TOLERANCE
-    np.testing.assert_allclose(found_rates, TILT.apply(rates(times)), rtol=0, atol=TOLERANCE * np.linalg.norm(w0))
+    np.testing.assert_allclose(
+        found_rates, TILT.apply(rates(times)), rtol=0, atol=TOLERANCE * float(np.linalg.norm(w0))
+    )
     # A large tumbling: every rate in principal axes changes by much.
     assert np.all(np.ptp(rates(times), axis=0) > 0.1 * np.linalg.norm(w0))
 
@@ -178,24 +182,27 @@ def pendulum(modulus):
 
 
 @pytest.mark.parametrize(
-    ("modulus", "tolerance"),
+    ("modulus", "tolerance", "length"),
     [
-        (np.sin(0.005), TOLERANCE),
-        (np.sin(0.6), TOLERANCE),
-        (np.sin(1.25), TOLERANCE),
+        (np.sin(0.005), TOLERANCE, SCALE),
+        (np.sin(0.6), TOLERANCE, SCALE),
+        (np.sin(1.25), TOLERANCE, SCALE),
         # The time spent near the top depends on the energy so much that rounding weighs a hundred times more.
-        (np.sin(1.55), 1e-9),
-        (1.02, TOLERANCE),
-        (2.0, TOLERANCE),
+        (np.sin(1.55), 1e-8, SCALE),
+        (1.02, TOLERANCE, SCALE),
+        (2.0, TOLERANCE, SCALE),
+        # Steps that accuracy allows but stability does not would show.
+        (np.sin(0.6), 1e-3, 1000.0),
+        (2.0, 1e-5, 1000.0),
     ],
-    ids=["0.01 rad", "1.2 rad", "2.5 rad", "3.1 rad", "just over", "round and round"],
+    ids=["0.01 rad", "1.2 rad", "2.5 rad", "3.1 rad", "just over", "round and round", "long and loose", "long"],
 )
-def test_pendulum_of_a_magnet(modulus, tolerance):
+def test_pendulum_of_a_magnet(modulus, tolerance, length):
     at, period = pendulum(modulus)
     swing_rate = np.sqrt(MOMENT * FIELD / SWINGING[2])
     phase = 0.3 * period
     angle, rate = at(phase)
-    duration = SCALE / swing_rate / np.sqrt(rate**2 + 2 * SWINGING[2] / SWINGING[0])
+    duration = length / swing_rate / np.sqrt(rate**2 + 2 * SWINGING[2] / SWINGING[0])
     periods = period / swing_rate * np.floor(duration * swing_rate / period * np.array([0.5, 1.0]))
     times = np.sort(np.concatenate([duration * PARTS[1:-1], periods]))
     along_field = Q0 * TILT
@@ -217,7 +224,8 @@ def test_pendulum_of_a_magnet(modulus, tolerance):
     np.testing.assert_allclose(rates, expected_rates, rtol=0, atol=tolerance * swing_rate)
     # The period is 4 K(k) / w0; it does not rest on the angle's formula.
     start = along_field * Rotation.from_rotvec([0.0, 0.0, angle]) * TILT.inv()
-    assert apart(found[np.isin(times, periods)], start) < tolerance
+    after = Rotation.from_quat(found.as_quat()[np.isin(times, periods)])
+    assert apart(after, start) < tolerance
 
 
 @pytest.mark.parametrize(("tilt", "precession"), [(0.5, 0.01), (2.4, 0.02), (1.1, -0.03)])

@@ -143,8 +143,8 @@ def test_published_frequencies_by_the_monodromy():
 
 
 TIMES = ORBIT / 32 * np.arange(1, 161)
-TOLERANCE = 1e-11
-"""Of the attitude [rad]; 2000 steps of half a degree round it to 1e-13, here and in the closed forms."""
+TOLERANCE = 1e-10
+"""Of the attitude [rad]; 2000 steps round it to 1e-13, and the fall from the horizontal makes 3e-11 of that."""
 
 
 def librate(turn, rate=(0.0, 0.0, 0.0), moments=SATELLITE):

@@ -10,8 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from jaxsat.dynamics import AttitudeState
-from jaxsat.environment import KeplerOrbit, igrf_dipole
-from jaxsat.environment.surroundings import Surroundings
+from jaxsat.environment import OrbitTable
 from jaxsat.integrators import StepGrid
 from jaxsat.simulate import simulate, simulate_many, simulate_on_grid
 from jaxsat.spacecraft import HysteresisRods, MagneticRods, SolarPanels, Spacecraft, box_normals
@@ -25,8 +24,6 @@ CRAFT = Spacecraft(
     MagneticRods(jnp.asarray([0.035, 0.025]), jnp.asarray(AXES), jnp.asarray(3.0e-5)),
     SolarPanels(box_normals(), jnp.asarray(0.24), jnp.ones(6)),
 )
-ORBIT = KeplerOrbit(7630.026457e3, 0.072661, 1.6657226, 1.1313013, 0.2910495, -3.0602300)
-SURROUNDINGS = Surroundings(ORBIT, igrf_dipole(2001.05), 3.3376, field_rate=True)
 TIMES = np.array([40.0, 95.0, 150.0])
 # Whole vectors of a processor to a chunk, of which the cases are no multiple.
 CASES, CHUNK, STEP = 5, 4, 3.0
@@ -37,13 +34,24 @@ INITIAL = jax.vmap(AttitudeState)(
     jnp.asarray(0.02 * RNG.normal(size=(CASES, 3))),
 )
 
-tabulate = eqx.filter_jit(lambda surroundings, times: surroundings(times))
+
+def surroundings(times):
+    """A round orbit of 100 minutes, in a field that turns twice as fast about a tilted axis."""
+    angle = 1.05e-3 * jnp.asarray(times)[:, None]
+    c, s, one = jnp.cos(angle), jnp.sin(angle), jnp.ones_like(angle)
+    position = 7.1e6 * jnp.concatenate([c, 0.3 * s, 0.95 * s], axis=1)
+    field = jnp.concatenate([2.0e-5 * jnp.cos(2 * angle), 2.5e-5 * jnp.sin(2 * angle), 1.5e-5 * one], axis=1)
+    rate = 2.1e-3 * jnp.concatenate([-2.0e-5 * jnp.sin(2 * angle), 2.5e-5 * jnp.cos(2 * angle), 0.0 * one], axis=1)
+    return OrbitTable(position, field, rate)
+
+
+tabulate = jax.jit(surroundings)
 
 
 def reference(times, *, start=0.0, craft=CRAFT, initial=INITIAL, torques=MAGNET):
     """RK4 in steps of at most 0.08 s, each case by itself: 1e-13 rad from the truth, as in `test_single`."""
     grid = StepGrid.through(times, start=start, max_step=0.08, pad_steps=2048)
-    table = tabulate(SURROUNDINGS, jnp.asarray(grid.node_times))
+    table = tabulate(grid.node_times)
     axis = 0 if craft.inertia.ndim == 3 else None
     return every_case(axis, torques)(craft, initial, table, grid)
 
@@ -69,7 +77,7 @@ def apart(one, other):
 
 def at_step(initial=INITIAL, times=TIMES, **options):
     given = {"max_step": STEP, "chunk": CHUNK, "torques": MAGNET, **options}
-    return simulate_many(CRAFT, initial, SURROUNDINGS, times, **given)
+    return simulate_many(CRAFT, initial, surroundings, times, **given)
 
 
 @pytest.fixture(scope="module")
@@ -85,18 +93,18 @@ def assert_same(one, other):
 def test_tolerance_is_held_and_the_error_stated():
     """Five cases in chunks of four, the pilot one of them."""
     quaternion, rate, _ = reference(TIMES, torques=MUNIN_TORQUES)
-    motion = simulate_many(CRAFT, INITIAL, SURROUNDINGS, TIMES, tolerance=1e-5, chunk=CHUNK)
+    motion = simulate_many(CRAFT, INITIAL, surroundings, TIMES, tolerance=1e-4, chunk=CHUNK)
     assert motion.quaternion.shape == (CASES, 3, 4) and motion.angular_velocity.shape == (CASES, 3, 3)
     assert motion.rod_lag is None and motion.grid is None and motion.diverged == ()
     true = apart(motion.quaternion, quaternion).max()
     # The worst case may be three times as bad as the worst of the pilot; beside it the reference's own error.
-    assert motion.error is not None and true <= 3 * motion.error + 5e-13 <= 1e-5
+    assert motion.error is not None and true <= 3 * motion.error + 5e-13 <= 1e-4
     np.testing.assert_allclose(motion.angular_velocity, rate, atol=0.1 * true + 1e-14)
 
 
 def test_a_case_moves_as_it_does_alone(whole):
     initial = jax.tree.map(lambda x: x[2], INITIAL)
-    alone = simulate(CRAFT, initial, SURROUNDINGS, TIMES, torques=MAGNET, tolerance=1e-4)
+    alone = simulate(CRAFT, initial, surroundings, TIMES, torques=MAGNET, tolerance=1e-4)
     assert apart(alone.quaternion, whole.quaternion[2]).max() < 1e-10
 
 
@@ -112,9 +120,8 @@ def test_bits_of_a_case_do_not_depend_on_the_others(chosen, whole):
     assert_same(at_step(some(INITIAL, chosen)), some(whole, chosen))
 
 
-@pytest.mark.parametrize("chunk", [2, 64])
-def test_any_chunk(chunk, whole):
-    motion = at_step(chunk=chunk)
+def test_all_in_one_chunk(whole):
+    motion = at_step(chunk=64)
     # Another program: rounding, grown by a tumble of some radians.
     np.testing.assert_allclose(motion.quaternion, whole.quaternion, rtol=0, atol=1e-13)
     np.testing.assert_allclose(motion.angular_velocity, whole.angular_velocity, rtol=0, atol=1e-15)
@@ -157,7 +164,7 @@ def test_each_case_with_a_spacecraft_of_its_own():
     inertia = INERTIA + 0.003 * np.einsum("ci,ij->cij", rng.normal(size=(CASES, 3)), np.eye(3))
     magnet = np.array([0.3, 0.0, 0.0]) + 0.05 * rng.normal(size=(CASES, 3)) * [1.0, 1.0, 0.0]
     fleet = eqx.tree_at(lambda c: (c.inertia, c.magnet), fleet, (jnp.asarray(inertia), jnp.asarray(magnet)))
-    motion = simulate_many(fleet, INITIAL, SURROUNDINGS, TIMES, torques=MAGNET, chunk=CHUNK, tolerance=1e-4)
+    motion = simulate_many(fleet, INITIAL, surroundings, TIMES, torques=MAGNET, chunk=CHUNK, tolerance=1e-4)
     quaternion, _, _ = reference(TIMES, craft=fleet)
     assert apart(motion.quaternion, quaternion).max() <= 3 * motion.error + 5e-13 <= 1e-4
 
@@ -173,10 +180,10 @@ def test_state_of_the_rods():
     lag = jnp.asarray(np.random.default_rng(5).uniform(-0.5, 0.5, size=(CASES, 2)))
     initial = jax.vmap(AttitudeState)(INITIAL.quaternion, INITIAL.angular_velocity, lag)
     torques = (*MAGNET, HysteresisRodsTorque())
-    motion = simulate_many(craft, initial, SURROUNDINGS, TIMES, torques=torques, max_step=0.3, chunk=CHUNK)
+    motion = simulate_many(craft, initial, surroundings, TIMES, torques=torques, max_step=0.5, chunk=CHUNK)
     quaternion, _, expected = reference(TIMES, craft=craft, initial=initial, torques=torques)
     assert motion.rod_lag is not None and motion.rod_lag.shape == (CASES, 3, 2)
-    # The lags turn at some 0.02 a second: a step of 0.3 s across a kink misses a part of (0.006)^2.
+    # The lags turn at some 0.02 a second: a step of 0.5 s across a kink misses a part of (0.01)^2.
     np.testing.assert_allclose(motion.rod_lag, expected, atol=1e-4)
     assert np.abs(np.asarray(motion.rod_lag)[:, 2] - lag).min() > 1e-2
     assert apart(motion.quaternion, quaternion).max() < 1e-4
@@ -214,7 +221,7 @@ def test_motion_that_overflows_is_lost_too(whole):
 @pytest.mark.parametrize("tolerance", [0.0, 1.0, 2.0, np.nan])
 def test_tolerances_that_are_none(tolerance):
     with pytest.raises(ValueError, match="tolerance must be between 0 and 1 rad"):
-        simulate_many(CRAFT, INITIAL, SURROUNDINGS, TIMES, tolerance=tolerance)
+        simulate_many(CRAFT, INITIAL, surroundings, TIMES, tolerance=tolerance)
 
 
 @pytest.mark.parametrize("times", [[1.0, 3.0, 2.0], [-1.0, 1.0], [1.0, np.nan]])
@@ -225,10 +232,10 @@ def test_times_that_turn_round(times):
 
 def test_single_precision(whole):
     """Where JAX is told to work in 32 bits: hundreds of roundings, each grown by weights of the method up to 75."""
-    sizes = jax.tree.map(np.asarray, (CRAFT, INITIAL, SURROUNDINGS))
+    sizes = jax.tree.map(np.asarray, (CRAFT, INITIAL))
     jax.config.update("jax_enable_x64", False)
     try:
-        craft, initial, surroundings = jax.tree.map(lambda x: jnp.asarray(x, jnp.float32), sizes)
+        craft, initial = jax.tree.map(lambda x: jnp.asarray(x, jnp.float32), sizes)
         motion = simulate_many(craft, initial, surroundings, TIMES, torques=MAGNET, max_step=STEP, chunk=CHUNK)
         assert {leaf.dtype for leaf in jax.tree.leaves(motion)} == {jnp.dtype(jnp.float32)}
     finally:
