@@ -26,7 +26,7 @@ class RigidBody(eqx.Module):
     """The satellite as the right-hand side sees it; the inverse of the inertia is formed once, not at each step."""
 
     spacecraft: Spacecraft
-    inverse_inertia: Float[Array, "3 3"]
+    inverse_inertia: Float[Array, "*cases 3 3"]
     torques: tuple[AbstractTorque, ...]
 
 

@@ -25,6 +25,8 @@ one order higher, stability forbids the steps that accuracy allows."""
 _NODES_A_STEP = len(DORMAND_PRINCE_8.inner_nodes) + 1
 REACH = 0.3
 """As `Tableau.reach`."""
+STABLE = 0.08
+"""Step times the fastest rate of a motion beyond which order 12 usually diverges."""
 START_NODES = (ORDER - 1) * _NODES_A_STEP
 """Nodes of an `AdamsGrid` before the end of the last starting step."""
 _INTERPOLATION = 10

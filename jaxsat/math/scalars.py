@@ -149,8 +149,10 @@ def _dot_general(left: Elements, right: Elements, *, dimension_numbers: Any, **_
     right_free = [k for k in range(right.ndim) if k not in (*right_summed, *right_batch)]
     rows = [left.shape[k] for k in (*left_batch, *left_free)]
     columns = [right.shape[k] for k in right_free]
-    left = left.transpose(*left_batch, *left_free, *left_summed).reshape(*rows, -1)
-    right = right.transpose(*right_batch, *right_free, *right_summed).reshape(*rows[: len(left_batch)], *columns, -1)
+    terms = math.prod(left.shape[k] for k in left_summed)
+    left = left.transpose(*left_batch, *left_free, *left_summed).reshape(*rows, terms)
+    right = right.transpose(*right_batch, *right_free, *right_summed)
+    right = right.reshape(*rows[: len(left_batch)], *columns, terms)
 
     def entry(index):
         pairs = zip(left[index[: len(rows)]], right[index[: len(left_batch)] + index[len(rows) :]], strict=True)
@@ -162,7 +164,7 @@ def _dot_general(left: Elements, right: Elements, *, dimension_numbers: Any, **_
 def _reduce_sum(x: Elements, *, axes: tuple[int, ...], **_: Any) -> Elements:
     kept = [k for k in range(x.ndim) if k not in axes]
     shape = [x.shape[k] for k in kept]
-    rows = x.transpose(*kept, *axes).reshape(*shape, -1)
+    rows = x.transpose(*kept, *axes).reshape(*shape, math.prod(x.shape[k] for k in axes))
     return _filled((functools.reduce(_add, rows[index], 0.0) for index in np.ndindex(*shape)), shape)
 
 

@@ -21,7 +21,7 @@ from jaxsat.integrators.adams import REACH as ADAMS_REACH
 from jaxsat.math import inverse_3x3, quaternion
 from jaxsat.simulate.on_grid import Trajectory
 from jaxsat.simulate.parts import Absent, advance_parts, parts_of, varying
-from jaxsat.simulate.single import Tabulate, bucket, fastest_rate, hold
+from jaxsat.simulate.single import Tabulate, bucket, fastest_rate, first_reach, hold
 from jaxsat.spacecraft import Spacecraft, turned
 from jaxsat.torques import MUNIN_TORQUES, AbstractTorque
 
@@ -87,7 +87,11 @@ def _states_in(states, dcm_new_from_old):
     return dataclasses.replace(
         states,
         quaternion=quaternion.multiply(states.quaternion, turn),
-        angular_velocity=jnp.einsum("ij,...j->...i", dcm_new_from_old, states.angular_velocity, precision="highest"),
+        # Sums written out: a library's product may round a case differently in other company.
+        angular_velocity=sum(
+            (dcm_new_from_old[:, k] * states.angular_velocity[..., k, None] for k in (1, 2)),
+            start=dcm_new_from_old[:, 0] * states.angular_velocity[..., 0, None],
+        ),
     )
 
 
@@ -120,14 +124,18 @@ class _Batch:
         if not 0.0 < tolerance < 1.0:
             raise ValueError(f"simulate_many: tolerance must be between 0 and 1 rad, got {tolerance}")
         rates = np.asarray(self._rates())
-        fastest = np.argsort(rates)[::-1][: (self.chunk + 1) // 2]
-        spread = np.linspace(0, self.cases - 1, self.chunk - len(fastest)).astype(int)
+        # Cases that are lost from the start say nothing of the step.
+        sound = np.flatnonzero(np.isfinite(rates) & np.isfinite(np.asarray(self.initial.quaternion)).all(axis=1))
+        if sound.size == 0:
+            raise ValueError("simulate_many: no case has a finite initial state")
+        fastest = sound[np.argsort(rates[sound])[::-1]][: (self.chunk + 1) // 2]
+        spread = sound[np.linspace(0, len(sound) - 1, self.chunk - len(fastest)).astype(int)]
         pilot = np.concatenate([fastest, spread])
 
         def attempt(step):
             return self.trajectory(self.run(pilot, step), None)
 
-        limit, first = tolerance / PILOT_MARGIN, ADAMS_REACH * tolerance ** (1.0 / ORDER) / float(rates.max())
+        limit, first = tolerance / PILOT_MARGIN, first_reach(tolerance, ORDER, ADAMS_REACH) / float(rates[sound].max())
         step, error, _ = hold(limit, first, ORDER, self.times, self.start, attempt)
         return step, error
 
@@ -179,12 +187,17 @@ class _Batch:
 
     def trajectory(self, states: Float[np.ndarray, "cases samples parts"], error: float | None) -> Trajectory:
         q = states[..., :4]
+        with np.errstate(all="ignore"):
+            length = np.linalg.norm(q, axis=-1, keepdims=True)
+            unit = q / length
+        # A motion thrown out by unstable steps may still be finite: its quaternion is not of unit length.
+        finite = np.isfinite(states).all(axis=(1, 2)) & np.all(np.abs(length - 1.0) < 0.5, axis=(1, 2))
         return Trajectory(
-            quaternion=jnp.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True)),
+            quaternion=jnp.asarray(np.where(finite[:, None, None], unit, np.nan)),
             angular_velocity=jnp.asarray(states[..., 4:7]),
             rod_lag=jnp.asarray(states[..., 7:]) if states.shape[-1] > 7 else None,
             error=error,
-            diverged=tuple(np.flatnonzero(~np.isfinite(states).all(axis=(1, 2))).tolist()),
+            diverged=tuple(np.flatnonzero(~finite).tolist()),
         )
 
 

@@ -16,7 +16,7 @@ from jaxsat.environment import OrbitTable
 from jaxsat.integrators import AdamsGrid, integrate_adams
 from jaxsat.math.scalars import elements, over_cases, regrouped
 
-Parts = tuple[Float[Array, "*cases"], ...]
+Parts = tuple[Float[Array | np.ndarray, "*cases"], ...]
 """The components of the state, each over all cases: quaternion, angular velocity, lags of the rods."""
 
 

@@ -1,6 +1,7 @@
 """Attitude motion at any times within a stated tolerance."""
 
 import dataclasses
+import math
 from collections.abc import Callable
 
 import equinox as eqx
@@ -12,7 +13,7 @@ from jaxtyping import Array, Float
 from jaxsat.dynamics import AttitudeState, rigid_body
 from jaxsat.environment import OrbitTable
 from jaxsat.integrators import DORMAND_PRINCE_8, AdamsGrid, StepGrid, Tableau
-from jaxsat.integrators.adams import ORDER, REACH
+from jaxsat.integrators.adams import ORDER, REACH, STABLE
 from jaxsat.integrators.grid import BLOCK
 from jaxsat.math import quaternion
 from jaxsat.simulate.on_grid import Trajectory, by_adams, simulate_on_grid
@@ -60,8 +61,13 @@ def simulate(
             return _adams_at_step(spacecraft, initial, surroundings, times, start, torques, step)
         return _at_step(spacecraft, initial, surroundings, times, start, torques, tableau or DORMAND_PRINCE_8, step)
 
-    _, error, motion = hold(tolerance, reach * tolerance ** (1.0 / order) / rate, order, times, start, attempt)
+    _, error, motion = hold(tolerance, first_reach(tolerance, order, reach) / rate, order, times, start, attempt)
     return dataclasses.replace(motion, error=error)
+
+
+def first_reach(tolerance: float, order: int, reach: float) -> float:
+    """Step times rate to try first; a multistep method of high order is unstable beyond."""
+    return min(reach * tolerance ** (1.0 / order), STABLE) if order == ORDER else reach * tolerance ** (1.0 / order)
 
 
 def hold(tolerance, first_step, order, times, start, attempt):
@@ -71,15 +77,17 @@ def hold(tolerance, first_step, order, times, start, attempt):
     """
     span, best = float(np.max(np.abs(times - start), initial=0.0)), np.inf
     step = min(first_step, max(span, 1e-3))
+    stale = 0
     for _ in range(ATTEMPTS):
         if span > MOST_STEPS * step:
             break
         fine, coarse = attempt(step), attempt(COARSER * step)
-        error = float(np.max(np.asarray(_apart(fine.quaternion, coarse.quaternion)), initial=0.0))
+        error = _largest_angle(fine.quaternion, coarse.quaternion)
         if error <= tolerance:
             return step, error, fine
-        # Near rounding a shorter step is no better.
-        if error > 0.5 * best and error < 1e-9:
+        # Where shorter steps do not help, near rounding or at kinks, more of them will not.
+        stale += error > 0.5 * best
+        if np.isfinite(error) and (stale == 3 or (stale and error < 1e-9)):
             break
         best = min(best, error)
         # A motion that is not resolved yet says little of how fast the error falls.
@@ -105,6 +113,14 @@ def fastest_rate(spacecraft: Spacecraft, initial: AttitudeState, table: OrbitTab
     swing = 2.0 * dipole * b / smallest
     orbital = 4.0e14 / r**3
     return jnp.sqrt(jnp.sum(initial.angular_velocity**2) + swing + orbital)
+
+
+def _largest_angle(p, q) -> float:
+    """Largest angle between attitudes [rad]; infinite where one of them is not an attitude: the steps were unstable."""
+    if p.size == 0:
+        return 0.0
+    lengths = [float(np.min(np.nan_to_num(np.linalg.norm(np.asarray(x), axis=-1)))) for x in (p, q)]
+    return float(np.max(np.asarray(_apart(p, q)))) if min(lengths) > 0.5 else math.inf
 
 
 @jax.jit

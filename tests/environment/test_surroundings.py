@@ -42,7 +42,6 @@ table_of = eqx.filter_jit(lambda surroundings, times: surroundings(times))
 AIR, NEARBY, SHARP = ExponentialAtmosphere(scale=2.0), ConeShadow(sun_distance=1.0e11), CylinderShadow()
 OPTIONS = {
     "nothing": ({}, {}),
-    "sunlight": ({"sun": SUN}, LIGHT),
     "rate and sharp shadow": (
         {"field_rate": True, "sun": SUN, "shadow": SHARP},
         {"field_rate": True, **LIGHT, "shadow": SHARP},
