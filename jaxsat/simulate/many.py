@@ -84,14 +84,14 @@ def _in_body_axes(motion: Trajectory, axes: np.ndarray) -> Trajectory:
 def _states_in(states, dcm_new_from_old):
     """States over leading axes with the body described in new axes."""
     turn = jnp.broadcast_to(quaternion.from_dcm(dcm_new_from_old.T), states.quaternion.shape)
+    w = states.angular_velocity
+    # Sums written out: a library's product may round a case differently in other company.
+    d = dcm_new_from_old
+    rows = [d[i, 0] * w[..., 0] + d[i, 1] * w[..., 1] + d[i, 2] * w[..., 2] for i in range(3)]
     return dataclasses.replace(
         states,
         quaternion=quaternion.multiply(states.quaternion, turn),
-        # Sums written out: a library's product may round a case differently in other company.
-        angular_velocity=sum(
-            (dcm_new_from_old[:, k] * states.angular_velocity[..., k, None] for k in (1, 2)),
-            start=dcm_new_from_old[:, 0] * states.angular_velocity[..., 0, None],
-        ),
+        angular_velocity=jnp.stack(rows, axis=-1),
     )
 
 
