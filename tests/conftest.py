@@ -1,4 +1,4 @@
-"""Strict numerics for every test: 64-bit, no silent broadcasting or promotion, one kept compile cache a run."""
+"""Strict numerics for every test: 64-bit, no silent broadcasting or promotion."""
 
 import os
 

@@ -15,8 +15,9 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float, Int, PyTree
 
-from jaxsat.integrators.runge_kutta import tableau_step, weighted
+from jaxsat.integrators.runge_kutta import tableau_step
 from jaxsat.math.runge_kutta import DORMAND_PRINCE_8, Derivative
+from jaxsat.math.weighted_sum import weighted_sum
 
 ORDER = 12
 """Of predictor and corrector. At 1e-6 it allows steps a third longer than order ten; at thirteen, or with a corrector
@@ -154,7 +155,9 @@ def integrate_adams(
     def sums(newest, state, slopes):
         # Both sums as one complex number: the compiler then makes one pass over the slopes, not two.
         rows = predictor[newest], correction[newest]
-        return jax.tree.map(lambda y, k: lax.complex(y + weighted(rows[0], k), weighted(rows[1], k)), state, slopes)
+        return jax.tree.map(
+            lambda y, k: lax.complex(y + weighted_sum(rows[0], k), weighted_sum(rows[1], k)), state, slopes
+        )
 
     def advance(carry, inputs):
         both, corrected, slopes = carry

@@ -13,6 +13,7 @@ from jaxtyping import Array, Float, Int, PyTree
 
 from jaxsat.integrators.grid import BLOCK
 from jaxsat.math.runge_kutta import Derivative, Tableau
+from jaxsat.math.weighted_sum import weighted_sum
 
 Step = Callable[[PyTree, Float[Array, ""], tuple[PyTree, ...]], PyTree]
 """step(state, h, points) -> state, `points` the table's entries at start, inner nodes and end of the step."""
@@ -40,22 +41,11 @@ def tableau_step(
         number, row, point = inputs
         slope = f(place, point)
         slopes = jax.tree.map(lambda k, new: jax.lax.dynamic_update_index_in_dim(k, new, number, 0), slopes, slope)
-        return (jax.tree.map(lambda y, k: y + weighted(row, k), state, slopes), slopes), None
+        return (jax.tree.map(lambda y, k: y + weighted_sum(row, k), state, slopes), slopes), None
 
     blank = jax.tree.map(lambda a: jnp.zeros((tableau.stages, *a.shape), a.dtype), state)
     (end, _), _ = jax.lax.scan(stage, (state, blank), (jnp.arange(tableau.stages), rows, stages))
     return end
-
-
-def weighted(row: Float[Array, " n"], slopes: Float[Array, "n *rest"]) -> Float[Array, "*rest"]:
-    """The slopes' sum with the row's weights.
-
-    Over many cases it is written out, one pass over the slopes; of one case it is a product, whose transpose the
-    reverse mode has at once, where that of a sum written out would be an array of zeros for every term.
-    """
-    if slopes.ndim == 1:
-        return jnp.dot(row, slopes, precision="highest")
-    return sum((row[j] * slopes[j] for j in range(1, row.shape[0])), start=row[0] * slopes[0])
 
 
 def _chained_step(tableau: Tableau, f: Derivative, state: PyTree, h: Float[Array, ""], stages: PyTree) -> PyTree:
@@ -138,6 +128,8 @@ def integrate_blocks(
 
     One compiled program serves every arc length. Forward-mode derivatives only.
     """
+    if lengths.shape[0] == 0:
+        return jax.tree.map(lambda a: a[None], initial)
     inputs = (lengths, _per_step(table, lengths.shape[0]))
     blank = jax.tree.map(lambda a: jnp.broadcast_to(a, (lengths.shape[0], *a.shape)), initial)
 

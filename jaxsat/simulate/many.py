@@ -21,7 +21,7 @@ from jaxsat.integrators.adams import REACH as ADAMS_REACH
 from jaxsat.math import inverse_3x3, quaternion
 from jaxsat.simulate.on_grid import Trajectory
 from jaxsat.simulate.parts import Absent, advance_parts, parts_of, varying
-from jaxsat.simulate.single import Tabulate, bucket, fastest_rate, first_reach, hold
+from jaxsat.simulate.single import COARSER, Tabulate, bucket, fastest_rate, first_reach, hold, longest_step
 from jaxsat.spacecraft import Spacecraft, turned
 from jaxsat.torques import MUNIN_TORQUES, AbstractTorque
 
@@ -69,14 +69,18 @@ def _in_principal_axes(spacecraft, initial, torques):
     inertia = np.asarray(spacecraft.inertia)
     if own_vectors or inertia.ndim == 3 or np.count_nonzero(inertia - np.diag(np.diag(inertia))) == 0:
         return None, spacecraft, initial
-    moments, columns = np.linalg.eigh(inertia)
+    moments, columns = np.linalg.eigh(inertia.astype(float))
     axes = columns.T * np.array([np.sign(np.linalg.det(columns)), 1.0, 1.0])[:, None]
     new = eqx.tree_at(lambda craft: craft.inertia, turned(spacecraft, axes), jnp.diag(jnp.asarray(moments)))
-    return axes, new, _states_in(initial, axes)
+    # Back to the satellite's own precision, which the axes must not raise.
+    new = jax.tree.map(lambda x, like: x.astype(like.dtype), new, spacecraft)
+    return axes, new, _states_in(initial, axes.astype(initial.quaternion.dtype))
 
 
 def _in_body_axes(motion: Trajectory, axes: np.ndarray) -> Trajectory:
-    state = _states_in(AttitudeState(motion.quaternion, motion.angular_velocity), axes.T)
+    state = _states_in(
+        AttitudeState(motion.quaternion, motion.angular_velocity), axes.T.astype(motion.quaternion.dtype)
+    )
     return dataclasses.replace(motion, quaternion=state.quaternion, angular_velocity=state.angular_velocity)
 
 
@@ -136,6 +140,7 @@ class _Batch:
             return self.trajectory(self.run(pilot, step), None)
 
         limit, first = tolerance / PILOT_MARGIN, first_reach(tolerance, ORDER, ADAMS_REACH) / float(rates[sound].max())
+        first = min(first, longest_step(self.times, self.start, None) / COARSER)
         step, error, _ = hold(limit, first, ORDER, self.times, self.start, attempt)
         return step, error
 
@@ -148,7 +153,9 @@ class _Batch:
         grid = AdamsGrid.through(self.times, start=self.start, max_step=max_step)
         count = grid.steps
         grid = grid.padded(bucket(count))
-        table = _tabulated(self.surroundings, grid.node_times)
+        # The orbit in double precision whatever the motion's own: seconds and metres outgrow seven digits.
+        dtype = self.initial.quaternion.dtype
+        table = jax.tree.map(lambda x: x.astype(dtype), _tabulated(self.surroundings, grid.node_times))
         # At the last step's end alone nothing has to be kept on the way.
         last_only = bool(np.all(self.times == self.times[-1]))
         like = jax.tree.map(lambda leaf: np.zeros(leaf.shape[1:], leaf.dtype), self.initial)

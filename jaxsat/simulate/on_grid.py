@@ -48,9 +48,11 @@ def simulate_on_grid(
     """Motion from `initial` at the grid's start, at the times the grid was laid through; may be traced.
 
     `table` is the orbit at `grid.node_times`. The grid tells the method: Adams of order 12, or the Runge-Kutta method
-    of `tableau`, for which the grid was laid, with the quaternion renormalised after each step. With `blocks` only
-    that many blocks of Runge-Kutta steps are taken (forward-mode derivatives only) and later samples are meaningless;
-    `checkpoint_every` is the reverse mode's economy (`jaxsat.integrators.integrate`).
+    of `tableau`, for which the grid was laid, with the quaternion renormalised after each step. On an Adams grid
+    `initial` may be of many cases, their axis in front, which is several times as fast as `jax.vmap`, forward and in
+    derivatives. With `blocks` only that many blocks of Runge-Kutta steps are taken (forward-mode derivatives only)
+    and later samples are meaningless; `checkpoint_every` is the reverse mode's economy
+    (`jaxsat.integrators.integrate`).
     """
     body = rigid_body(spacecraft, torques)
     if isinstance(grid, AdamsGrid):
@@ -79,9 +81,13 @@ def by_adams(
     count: Int[Array | np.ndarray, ""] | None = None,
 ) -> Trajectory:
     """`simulate_on_grid` for an Adams grid; `count` as in `integrate_adams`."""
-    states = advance_parts(parts_of(initial), initial, body, table, grid, count=count)
-    lag = None if initial.rod_lag is None else states[:, 7:]
-    return Trajectory(quaternion.normalize(states[:, :4]), states[:, 4:7], lag, grid)
+    many = initial.quaternion.ndim == 2
+    cases_last = jax.tree.map(lambda x: jnp.moveaxis(x, 0, -1), initial) if many else initial
+    like = jax.tree.map(lambda x: x[0], initial) if many else initial
+    states = advance_parts(parts_of(cases_last), like, body, table, grid, count=count)
+    states = jnp.moveaxis(states, -1, 0) if many else states
+    lag = None if initial.rod_lag is None else states[..., 7:]
+    return Trajectory(quaternion.normalize(states[..., :4]), states[..., 4:7], lag, grid)
 
 
 def attitude_step(

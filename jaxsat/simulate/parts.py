@@ -47,11 +47,22 @@ def advance_parts(
     vary; `count` as in `integrate_adams`.
     """
     f, columns = _derivative_of_parts(like, body, table, body_varies, absent)
-    states = integrate_adams(f, parts, columns, jnp.asarray(grid.step), count=count, keep_all=not last_only)
-    if last_only:
-        return jnp.stack(states)[None]
+    step, options = jnp.asarray(grid.step), {"count": count, "keep_all": not last_only}
     picked = jnp.asarray(grid.sample_first)[:, None] + np.arange(grid.sample_weights.shape[1])[None, :]
     weights = jnp.asarray(grid.sample_weights)
+    if jnp.ndim(parts[0]) == 0:
+        # A single case as one vector: a loop of numbers is spent on calls of its pieces, and these are fewer.
+        states = integrate_adams(
+            lambda y, point: jnp.stack(f(tuple(y), tuple(point))),
+            jnp.stack(parts),
+            jnp.stack(columns, 1),
+            step,
+            **options,
+        )
+        return states[None] if last_only else jnp.einsum("sk,skp->sp", weights, states[picked], precision="highest")
+    states = integrate_adams(f, parts, columns, step, **options)
+    if last_only:
+        return jnp.stack(states)[None]
     at_samples = [jnp.einsum("sk,sk...->s...", weights, part[picked], precision="highest") for part in states]
     return jnp.stack(at_samples, axis=1)
 

@@ -61,13 +61,24 @@ def simulate(
             return _adams_at_step(spacecraft, initial, surroundings, times, start, torques, step)
         return _at_step(spacecraft, initial, surroundings, times, start, torques, tableau or DORMAND_PRINCE_8, step)
 
-    _, error, motion = hold(tolerance, first_reach(tolerance, order, reach) / rate, order, times, start, attempt)
+    first = min(first_reach(tolerance, order, reach) / rate, longest_step(times, start, tableau) / COARSER)
+    _, error, motion = hold(tolerance, first, order, times, start, attempt)
     return dataclasses.replace(motion, error=error)
 
 
 def first_reach(tolerance: float, order: int, reach: float) -> float:
     """Step times rate to try first; a multistep method of high order is unstable beyond."""
     return min(reach * tolerance ** (1.0 / order), STABLE) if order == ORDER else reach * tolerance ** (1.0 / order)
+
+
+def longest_step(times: np.ndarray, start: float, tableau: Tableau | None) -> float:
+    """Step of the coarsest grid [s]: a step that the samples force on both runs would tell nothing of the error."""
+    span = float(np.max(np.abs(times - start), initial=0.0))
+    if span == 0.0:
+        return math.inf
+    if tableau is None:
+        return abs(float(AdamsGrid.through(times, start=start, max_step=span).step))
+    return float(np.max(np.abs(StepGrid.through(times, start=start, max_step=span, tableau=tableau).step)))
 
 
 def hold(tolerance, first_step, order, times, start, attempt):

@@ -79,8 +79,9 @@ def test_refuses_steps_that_lead_nowhere(max_step):
 
 def test_nothing_to_do():
     """All samples at the start: states without steps, or with steps of no length."""
-    for pads in ({}, {"pad_steps": 3, "pad_samples": 4}):
-        grid = StepGrid.through(np.full(2, 7.0), start=7.0, max_step=1.0, **pads)
+    for pad_steps, pad_samples in ((4, 1), (3, 4)):
+        given = np.full(2, 7.0)
+        grid = StepGrid.through(given, start=7.0, max_step=1.0, pad_steps=pad_steps, pad_samples=pad_samples)
         assert len(grid.node_times) == 2 * len(grid.step) + 1
         np.testing.assert_array_equal(grid.sample_index, 0)
         np.testing.assert_array_equal(grid.sample_node, 0)

@@ -175,7 +175,9 @@ def test_checkpoints_save_memory():
         shapes = jax.ShapeDtypeStruct((50,), float), jax.ShapeDtypeStruct((4097,), float)
         lengths = jax.ShapeDtypeStruct((2048,), float)
         compiled = jax.jit(jax.grad(end)).lower(*shapes, lengths).compile()
-        return compiled.memory_analysis().temp_size_in_bytes
+        analysis = compiled.memory_analysis()
+        assert analysis is not None
+        return analysis.temp_size_in_bytes
 
     states = 2048 * 50 * 8
     plain, checkpointed = temporary(None), temporary(32)

@@ -188,7 +188,7 @@ def test_single_precision_stays_single():
     expected = quick(over_all(several, cases))(*arguments)
     for one, other in zip(jax.tree.leaves(found), jax.tree.leaves(expected), strict=True):
         assert one.dtype == jnp.float32
-        np.testing.assert_allclose(one, other, rtol=64 * np.finfo(np.float32).eps, atol=1e-6)
+        np.testing.assert_allclose(one, other, rtol=64 * float(np.finfo(np.float32).eps), atol=1e-6)
     replayed = over_cases(lambda a, s: s * a + 1.0, *like((3,), (), dtype=jnp.float32))
     alone = replayed(elements(arguments[0].T, element_rank=1), elements(arguments[4], element_rank=0))
     assert {each.dtype for each in alone} == {jnp.dtype(jnp.float32)}

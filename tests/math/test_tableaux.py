@@ -141,7 +141,7 @@ def test_start_may_be_a_plain_number_and_single_precision_stays():
     assert {leaf.dtype for leaf in jax.tree.leaves(found)} == {jnp.dtype(jnp.float32)}
     expected = jax.tree.leaves(exact(STATE, np.array([0.5, 1.0]), 0.0))
     for leaf, value in zip(jax.tree.leaves(found), expected, strict=True):
-        np.testing.assert_allclose(leaf, value, atol=20 * np.finfo(np.float32).eps)
+        np.testing.assert_allclose(leaf, value, atol=20 * float(np.finfo(np.float32).eps))
 
 
 @pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev], ids=["forward", "reverse"])

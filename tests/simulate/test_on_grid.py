@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from jaxsat.dynamics import AttitudeState
 from jaxsat.environment import KeplerOrbit, OrbitTable, igrf_field, tabulate_orbit
-from jaxsat.integrators import BLOCK, DORMAND_PRINCE_8, RK4, StepGrid
+from jaxsat.integrators import BLOCK, DORMAND_PRINCE_8, RK4, AdamsGrid, StepGrid
 from jaxsat.simulate import simulate_on_grid
 from jaxsat.spacecraft import HysteresisRods, MagneticRods, SolarPanels, Spacecraft, box_normals
 
@@ -251,3 +251,28 @@ def test_many_satellites_at_once():
     for k, rate in enumerate(rates):
         alone = move(craft_with(INERTIA), AttitudeState(start().quaternion, rate), TABLE, GRID).quaternion
         np.testing.assert_allclose(together[k], alone, atol=1e-14)
+
+
+def test_cases_in_front_are_as_one_by_one():
+    """On an Adams grid: the motions of three states, and the slopes of all their final attitudes."""
+    grid = AdamsGrid.through(np.array([30.0, 90.0]), start=0.0, max_step=2.0)
+    table = tabulate(ORBIT, jnp.asarray(grid.node_times), FIELD, 3.3376)
+    turns = [Q0 * Rotation.from_rotvec([0.0, 0.3 * k, 0.0]) for k in range(3)]
+    states = [start(q, (1.0 + 0.1 * k) * W0) for k, q in enumerate(turns)]
+    together = jax.tree.map(lambda *leaves: jnp.stack(leaves), *states)
+    craft = craft_with(INERTIA)
+
+    def final(state, magnet):
+        changed = eqx.tree_at(lambda c: c.magnet, craft, magnet)
+        return simulate_on_grid(changed, state, table, grid).quaternion[..., -1, :]
+
+    def loss(magnet):
+        return jnp.sum(final(together, magnet) * jnp.arange(4.0)), final(together, magnet)
+
+    slope, found = jax.jit(jax.grad(loss, has_aux=True))(craft.magnet)
+    alone = jax.jit(jax.value_and_grad(lambda m, state: jnp.sum(final(state, m) * jnp.arange(4.0))))
+    expected = [alone(craft.magnet, state) for state in states]
+    np.testing.assert_allclose(found @ jnp.arange(4.0), [value for value, _ in expected], atol=1e-13)
+    total = np.sum([np.asarray(each) for _, each in expected], axis=0)
+    assert np.abs(total).max() > 0.1
+    np.testing.assert_allclose(slope, total, rtol=1e-11)
