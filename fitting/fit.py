@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.adaptive import AdaptiveRules, refine_adaptively
 from fitting.observations import Observations, build_problem
 from fitting.parameters import Nominal, PriorSigma, parametrization
 from fitting.problem import RATE_UNIT
@@ -40,9 +41,11 @@ class FitSettings:
     max_rate_deg_s: float = 1.5
     step_s: float = 32.0
     """Longest integration step; shorter ones are taken where the rate asks for them."""
-    limiting: bool = True
-    """Leave out samples whose currents no attitude explains, as under a limited charge current."""
+    likelihood: str = "mixture"
+    """One of `fitting.refine.LIKELIHOODS`: what may be wrong with a sample, as a limited charge current."""
     prior: PriorSigma = PriorSigma()
+    adaptive: AdaptiveRules | None = None
+    """In place of the likelihood: the weights of Penkov et al. 2009."""
 
 
 def fit(
@@ -78,7 +81,7 @@ def fit(
     compilation = compile_solver(coarse, parameters)
     describe.compile(coarse, parameters, np.zeros(len(parameters.free)), np.zeros((len(coarse.valid), 4)))
 
-    use = np.asarray(coarse.valid).astype(float)
+    use = np.repeat(np.asarray(coarse.valid).astype(float)[:, None], 6, axis=1)
     # A sample on the wrong side of a shadow edge by a second says nothing about attitude: leave it out.
     use[: len(bright)][bright != sunlit] = 0.0
 
@@ -104,7 +107,11 @@ def fit(
     fastest = RATE_UNIT * float(np.linalg.norm(survivors.x[candidates(survivors.cost), 3:6], axis=1).max())
     step = min(settings.step_s, step_for(RK4, min(1.3 * fastest + 1e-3, 2.0 * max_rate), duration, FINE_TOLERANCE))
     fine = build_problem(observations, noise=noise, max_step=step)
-    refined = refine(fine, parameters, survivors, use, limiting=settings.limiting, progress=progress)
+    if settings.adaptive is None:
+        refined = refine(fine, parameters, survivors, use, likelihood=settings.likelihood, progress=progress)
+    else:
+        rules, radius = settings.adaptive, observations.earth_radius
+        refined = refine_adaptively(fine, parameters, survivors, use, rules, radius, progress)
     result = summarize(observations.t, fine, parameters, refined, dark_disagreement=int(np.sum(bright != sunlit)))
     timing = {"prepare": tabulated - began, "compile": compiled - tabulated, "solve": time.perf_counter() - compiled}
     return dataclasses.replace(result, timing_s=timing)

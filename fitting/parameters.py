@@ -193,7 +193,7 @@ def parametrization(nominal: Nominal, free: tuple[str, ...], prior: PriorSigma) 
         **dict.fromkeys(GAINS, prior.gains),
         **dict.fromkeys(ALBEDO, prior.albedo),
     }
-    lower = dict.fromkeys(RODS + ALBEDO, 0.0) | dict.fromkeys(GAINS, 0.05) | {"imax": 0.05 * nominal.max_current}
+    lower = dict.fromkeys(RODS + ALBEDO, 0.0) | dict.fromkeys(GAINS, 0.0) | {"imax": 0.05 * nominal.max_current}
     lower |= dict.fromkeys(INERTIA[:3], 0.05 * mean_inertia)
     upper: dict[str, float] = dict.fromkeys(ALBEDO, 1.5)
     return Parametrization(

@@ -8,7 +8,7 @@ import numpy as np
 from fitting.parameters import Parametrization
 from fitting.problem import Problem
 from fitting.solvers.least_squares import Point
-from fitting.solvers.multi_start import Progress, Stage, Starts, distinct, solve
+from fitting.solvers.multi_start import NONE, Progress, Stage, Starts, distinct, solve
 
 SAMPLE_LIMIT = 30.0
 """Sum of squared residuals over the six panels of a sample, in sigmas, beyond which it is left out.
@@ -19,8 +19,31 @@ exceeds it by far, for the brightest panel of a box never carries less than 58 %
 MAX_LEFT_OUT = 0.35
 """Largest share of bright samples that may be left out; beyond it the model is wrong, not the samples."""
 ROBUST_SCALE, PLAIN = 3.0, 1e4
+TAIL = 6.0
+"""Degrees of freedom of Student's distribution, as many as a sample has currents."""
 MAX_MINIMA = 8
 """Minima compared on the whole arc."""
+
+
+@dataclass(frozen=True)
+class Share:
+    """How one round after the first treats samples that no attitude explains."""
+
+    leave_out: bool = False
+    """By the squares of the round before."""
+    tail: float = NONE
+    ceiling: float = NONE
+    """As in `solvers.least_squares.Settings`."""
+
+
+LIKELIHOODS = {
+    "normal": (Share(),),
+    "student": (Share(tail=TAIL),),
+    "mixture": (Share(ceiling=SAMPLE_LIMIT), Share(leave_out=True)),
+    "trimmed": (Share(leave_out=True),) * 3,
+}
+"""What a sample's residuals may be: normal; Student's; normal or, with a probability that is estimated for each sample,
+anything, as under a limited charge current; normal or left out."""
 
 
 @dataclass(frozen=True)
@@ -49,42 +72,47 @@ def refine(
     problem: Problem,
     parameters: Parametrization,
     survivors: Starts,
-    sample_weight: np.ndarray,
+    weight: np.ndarray,
     *,
-    limiting: bool,
+    likelihood: str,
     progress: Progress,
 ) -> Refined:
-    """Refines the best survivors on the problem's own grid, and ranks the minima by one truncated cost."""
+    """Refines the best survivors on the problem's own grid, and ranks the minima by one truncated cost.
+
+    `weight` [samples 6] is that of the currents; `likelihood` one of `LIKELIHOODS`.
+    """
     chosen = survivors.take(candidates(survivors.cost))
     count = len(chosen.cost)
     last = int(np.flatnonzero(problem.valid)[-1])
-    rounds = 4 if limiting else 2
     everything = np.ones(len(parameters.names), bool)
+    weight = np.broadcast_to(weight, (count, *weight.shape))
+    shares = LIKELIHOODS[likelihood]
+    rounds = len(shares) + 1
 
-    def stage(iterations: int, robust_scale: float) -> Stage:
-        return Stage(last, count, iterations, robust_scale, everything)
-
-    progress("refining", 0, rounds)
-    weight = np.broadcast_to(sample_weight, (count, len(sample_weight)))
-    points = solve(problem, parameters, stage(12, ROBUST_SCALE), chosen.x, chosen.reference, weight)
-    limited = np.zeros(weight.shape, bool)
-    hopeless = np.zeros(count, bool)
-    bright = (sample_weight > 0) & (np.asarray(problem.measured).max(axis=1) > 0)
-    for number in range(1, rounds):
+    def run(number: int, stage: Stage, x: np.ndarray, reference: np.ndarray, weight: np.ndarray) -> Point:
         progress("refining", number, rounds)
-        if limiting:
-            limited = (_sample_squares(points) > SAMPLE_LIMIT) & (weight > 0)
-            hopeless = limited.sum(axis=1) > MAX_LEFT_OUT * bright.sum()
+        return solve(problem, parameters, stage, x, reference, weight)
+
+    points = run(0, Stage(last, count, 12, ROBUST_SCALE, everything), chosen.x, chosen.reference, weight)
+    limited = np.zeros(weight.shape[:2], bool)
+    hopeless = np.zeros(count, bool)
+    used = (weight > 0).any(axis=2)
+    bright = used & (np.asarray(problem.measured).max(axis=1) > 0)
+    for number, share in enumerate(shares, start=1):
+        if share.leave_out:
+            limited = (_sample_squares(points, weight) > SAMPLE_LIMIT) & used
+            hopeless = limited.sum(axis=1) > MAX_LEFT_OUT * bright.sum(axis=1)
             limited &= ~hopeless[:, None]
-        x, reference = np.asarray(points.x), np.asarray(points.reference)
-        points = solve(problem, parameters, stage(15, PLAIN), x, reference, np.where(limited, 0.0, weight))
+        stage = Stage(last, count, 15, PLAIN, everything, share.tail, share.ceiling)
+        kept = np.where(limited[..., None], 0.0, weight)
+        points = run(number, stage, np.asarray(points.x), np.asarray(points.reference), kept)
     x, reference = np.asarray(points.x), np.asarray(points.reference)
-    score = 0.5 * (np.minimum(_sample_squares(points), SAMPLE_LIMIT) * weight).sum(axis=1)
+    score = 0.5 * (np.minimum(_sample_squares(points, weight), SAMPLE_LIMIT)).sum(axis=1)
     score = score + 0.5 * (x[:, 6:] ** 2).sum(axis=1)
     order = distinct(Starts(x, reference, score), attitude=0.02, rate=2e-3)
     progress("refining", rounds, rounds)
     return Refined(jax.tree.map(lambda leaf: leaf[order], points), score[order], limited[order], hopeless[order])
 
 
-def _sample_squares(points: Point) -> np.ndarray:
-    return (np.asarray(points.prediction.residual) ** 2).sum(axis=-1)
+def _sample_squares(points: Point, weight: np.ndarray) -> np.ndarray:
+    return (np.asarray(points.prediction.residual) ** 2 * weight).sum(axis=-1)

@@ -74,7 +74,7 @@ def summarize(
     lower, upper = parameters.bounds()
     at_bound = ((x <= lower + 1e-9) & (best.gradient > 0)) | ((x >= upper - 1e-9) & (best.gradient < 0))
     # A panel that sees next to nothing reads an exact zero, which is no measurement of the noise.
-    informative = ((modelled > 0.25 * noise) | (measured > 0.0)) & (best.sample_weight > 0)[:, None]
+    informative = ((modelled > 0.25 * noise) | (measured > 0.0)) & (best.weight > 0)
     residual = np.where(informative, prediction.residual, 0.0)
     chi2 = float((residual**2).sum())
     # Unknowns that the prior holds take no degree of freedom from the data.
@@ -148,7 +148,7 @@ def summarize(
         measured_mA=1e3 * measured[:n],
         modelled_mA=1e3 * modelled[:n],
         modelled_direct_mA=1e3 * direct[:n],
-        weight=informative[:n].astype(float),
+        weight=(informative * best.weight)[:n],
         limited=refined.limited[0][:n],
         lit=problem.sunlit()[:n],
         alternatives=alternatives,

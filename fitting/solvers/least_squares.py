@@ -36,6 +36,10 @@ class Settings(eqx.Module):
     """Residual, in sigmas, beyond which a current counts linearly; very large for plain least squares."""
     active: Bool[Array | np.ndarray, " unknowns"]
     """Unknowns that may move in this stage."""
+    tail: Float[Array | np.ndarray, ""]
+    """Degrees of freedom of Student's distribution of a sample; very large for the normal one."""
+    ceiling: Float[Array | np.ndarray, ""]
+    """Loss at which a sample is as likely to be an outlier as not; very large where there are none."""
 
 
 class Point(eqx.Module):
@@ -45,8 +49,8 @@ class Point(eqx.Module):
     """Unknowns; the attitude part is zero, for `reference` carries the attitude."""
     reference: Float[Array, "4"]
     """Attitude at the grid's start, inertial-from-body."""
-    sample_weight: Float[Array, " samples"]
-    """1 where a sample is used, 0 where it lies outside the arc or was left out."""
+    weight: Float[Array, "samples 6"]
+    """Of each current: 1 where it is used as it is, 0 where it lies outside the arc or was left out."""
     cost: Float[Array, ""]
     """Half the robust sum of squares, priors included."""
     gradient: Float[Array, " unknowns"]
@@ -71,20 +75,37 @@ def robust_cost(residual: Float[Array, "samples 6"], scale: Float[Array | np.nda
     return 2.0 * square / (1.0 + jnp.sqrt(1.0 + square / scale**2))
 
 
+def sample_loss(
+    square: Float[Array, " samples"], settings: Settings
+) -> tuple[Float[Array, " samples"], Float[Array, " samples"]]:
+    """Loss of samples with these sums of squares, and its derivative, which is the samples' weight.
+
+    Student's distribution over a whole sample, v log(1 + S/v) (Lange, Little & Taylor 1989), then a mixture with
+    outliers that may be anything: -2 log(exp(-S/2) + exp(-C/2)), so that the weight is the probability that the sample
+    is none (Jepson & Black 1993). Both are S for small S.
+    """
+    tail, ceiling = jnp.asarray(settings.tail), jnp.asarray(settings.ceiling)
+    heavy = tail * jnp.log1p(square / tail)
+    above = 0.5 * (heavy - ceiling)
+    loss = heavy - 2.0 * (jax.nn.softplus(above) - jax.nn.softplus(-0.5 * ceiling))
+    return loss, jax.nn.sigmoid(-above) * tail / (tail + square)
+
+
 def normal_equations(
     r: Float[Array, "samples 6"],
     J: Float[Array, "samples 6 unknowns"],
-    sample_weight: Float[Array, " samples"],
+    weight: Float[Array, "samples 6"],
     x: Float[Array, " unknowns"],
     settings: Settings,
 ) -> tuple[Float[Array, ""], Float[Array, " unknowns"], Float[Array, "unknowns unknowns"]]:
     """Cost, gradient and Gauss-Newton matrix; model parameters carry a unit prior in their own scale."""
-    weight = robust_weight(r, settings.robust_scale) * sample_weight[:, None]
+    loss, of_sample = sample_loss(jnp.sum(robust_cost(r, settings.robust_scale) * weight, axis=1), settings)
+    weight = robust_weight(r, settings.robust_scale) * weight * of_sample[:, None]
     prior = jnp.arange(x.shape[0]) >= len(STATE)
     flat_j = J.reshape(-1, J.shape[-1])
     weighted_j = (J * weight[..., None]).reshape(flat_j.shape)
     pull = jnp.where(prior, x, 0.0)
-    cost = 0.5 * jnp.sum(robust_cost(r, settings.robust_scale) * sample_weight[:, None]) + 0.5 * pull @ pull
+    cost = 0.5 * jnp.sum(loss) + 0.5 * pull @ pull
     gradient = weighted_j.T @ r.reshape(-1) + pull
     return cost, gradient, weighted_j.T @ flat_j + jnp.diag(prior.astype(x.dtype))
 
@@ -121,7 +142,7 @@ def evaluate(
     settings: Settings,
     x: Float[Array, " unknowns"],
     reference: Float[Array, "4"],
-    sample_weight: Float[Array, " samples"],
+    weight: Float[Array, "samples 6"],
     damping: Float[Array, ""],
 ) -> Point:
     """The point reached at `x`, with the attitude part of `x` moved into the reference."""
@@ -129,10 +150,8 @@ def evaluate(
     reference = quaternion.normalize(quaternion.multiply(reference, turn))
     x = x.at[:3].set(0.0)
     prediction, jacobian = predict(problem, parameters, x, reference, settings.blocks)
-    cost, gradient, hessian = normal_equations(prediction.residual, jacobian, sample_weight, x, settings)
-    return Point(
-        x, reference, sample_weight, cost, gradient, hessian, damping, prediction, jnp.full_like(cost, jnp.inf)
-    )
+    cost, gradient, hessian = normal_equations(prediction.residual, jacobian, weight, x, settings)
+    return Point(x, reference, weight, cost, gradient, hessian, damping, prediction, jnp.full_like(cost, jnp.inf))
 
 
 def levenberg_marquardt(
@@ -142,7 +161,7 @@ def levenberg_marquardt(
     bounds: tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]],
     x: Float[Array, " unknowns"],
     reference: Float[Array, "4"],
-    sample_weight: Float[Array, " samples"],
+    weight: Float[Array, "samples 6"],
 ) -> Point:
     """Minimum of one start (Marquardt 1963; damping on the scaled diagonal, one evaluation a step)."""
     lower, upper = bounds
@@ -152,7 +171,7 @@ def levenberg_marquardt(
     start = Point(
         x=x,
         reference=reference,
-        sample_weight=sample_weight,
+        weight=weight,
         cost=jnp.asarray(jnp.inf, x.dtype),
         gradient=jnp.zeros(unknowns, x.dtype),
         hessian=jnp.eye(unknowns, dtype=x.dtype),
@@ -170,7 +189,7 @@ def levenberg_marquardt(
         step, decrement = solve_bounded(point, lower, upper, settings)
         # Clipped once more: the sum of a point and its step may miss the bound by a rounding.
         x = jnp.clip(point.x + step, lower, upper)
-        trial = evaluate(problem, parameters, settings, x, point.reference, point.sample_weight, point.damping * SHRINK)
+        trial = evaluate(problem, parameters, settings, x, point.reference, point.weight, point.damping * SHRINK)
         better = trial.cost < point.cost
         worse = eqx.tree_at(lambda p: p.damping, point, jnp.minimum(point.damping * GROW, 1e8))
         point = jax.tree.map(lambda a, b: jnp.where(better, a, b), trial, worse)
@@ -189,12 +208,12 @@ def _solve_chunk(
     bounds: tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]],
     x: Float[Array, "starts unknowns"],
     reference: Float[Array, "starts 4"],
-    sample_weight: Float[Array, "starts samples"],
+    weight: Float[Array, "starts samples 6"],
 ) -> Point:
     """Minima of `CHUNK` starts; every leaf of the result has the starts in front."""
     return jax.vmap(
         lambda x, reference, weight: levenberg_marquardt(problem, parameters, settings, bounds, x, reference, weight)
-    )(x, reference, sample_weight)
+    )(x, reference, weight)
 
 
 solve_chunk = Stored(_solve_chunk, lambda: hollow(Point, prediction=hollow(Prediction)))

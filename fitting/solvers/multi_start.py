@@ -24,6 +24,9 @@ HOPELESS = (5.0, 300.0)
 
 Not after the first stage, where most starts are still on their way."""
 
+NONE = 1e15
+"""A tail or a ceiling that is not there."""
+
 Progress = Callable[[str, int, int], None]
 
 
@@ -39,6 +42,9 @@ class Stage:
     robust_scale: float
     active: np.ndarray
     """[unknowns] bool."""
+    tail: float = NONE
+    ceiling: float = NONE
+    """As in `Settings`."""
 
 
 @dataclass(frozen=True)
@@ -60,15 +66,13 @@ def solve(
     stage: Stage,
     x: np.ndarray,
     reference: np.ndarray,
-    sample_weight: np.ndarray,
+    weight: np.ndarray,
 ) -> Point:
     """Minima of any number of starts as whole points, which are large: for a few of them."""
-    return _solve(problem, parameters, stage, x, reference, sample_weight, lambda point: point)
+    return _solve(problem, parameters, stage, x, reference, weight, lambda point: point)
 
 
-def advance(
-    problem: Problem, parameters: Parametrization, stage: Stage, starts: Starts, sample_weight: np.ndarray
-) -> Starts:
+def advance(problem: Problem, parameters: Parametrization, stage: Stage, starts: Starts, weight: np.ndarray) -> Starts:
     """Where any number of starts end, and at what cost."""
     points = _solve(
         problem,
@@ -76,22 +80,22 @@ def advance(
         stage,
         starts.x,
         starts.reference,
-        sample_weight,
+        weight,
         lambda point: (point.x, point.reference, point.cost),
     )
     return Starts(*points)
 
 
-def _solve(problem, parameters, stage, x, reference, sample_weight, select: Callable[[Point], Any]) -> Any:
+def _solve(problem, parameters, stage, x, reference, weight, select: Callable[[Point], Any]) -> Any:
     """What `select` takes of the minima of any number of starts.
 
     Chunks of fixed shape, padded with copies of the first start, on two threads.
 
-    `sample_weight` is [samples] or [starts samples]; samples after the stage's arc are left out here.
+    `weight` is [samples 6] or [starts samples 6]; samples after the stage's arc are left out here.
     """
     count = len(x)
-    inside = np.arange(sample_weight.shape[-1]) <= stage.last_sample
-    weight = np.broadcast_to(sample_weight * inside, (count, len(inside)))
+    inside = np.arange(weight.shape[-2]) <= stage.last_sample
+    weight = np.broadcast_to(weight * inside[:, None], (count, len(inside), 6))
     order = np.concatenate([np.arange(count), np.zeros(-count % CHUNK, dtype=int)])
     common = (problem, parameters, _settings(problem, stage), parameters.bounds())
 
@@ -108,7 +112,7 @@ def compile_solver(problem: Problem, parameters: Parametrization) -> Future | No
     """Starts the compilation of the solver for a problem's shapes in the background, see `Stored.compile`."""
     unknowns, samples = len(parameters.names), len(problem.valid)
     settings = _settings(problem, Stage(0, 1, 0, 1.0, np.zeros(unknowns, bool)))
-    shapes = ((CHUNK, unknowns), (CHUNK, 4), (CHUNK, samples))
+    shapes = ((CHUNK, unknowns), (CHUNK, 4), (CHUNK, samples, 6))
     return solve_chunk.compile(
         problem, parameters, settings, parameters.bounds(), *(np.zeros(shape) for shape in shapes)
     )
@@ -120,6 +124,8 @@ def _settings(problem: Problem, stage: Stage) -> Settings:
         blocks=np.asarray(-(-steps // BLOCK)),
         iterations=np.asarray(stage.iterations),
         robust_scale=np.asarray(float(stage.robust_scale)),
+        tail=np.asarray(float(stage.tail)),
+        ceiling=np.asarray(float(stage.ceiling)),
         active=np.asarray(stage.active),
     )
 
@@ -144,7 +150,7 @@ def grow(
     parameters: Parametrization,
     schedule: list[Stage],
     starts: Starts,
-    sample_weight: np.ndarray,
+    weight: np.ndarray,
     progress: Progress,
 ) -> Starts:
     """Survivors of the whole schedule, best first, near-identical ones merged.
@@ -154,7 +160,7 @@ def grow(
     for number, stage in enumerate(schedule):
         progress("growing arcs", number, len(schedule))
         kept = starts.take(np.arange(min(stage.keep, len(starts.cost))))
-        starts = advance(problem, parameters, stage, kept, sample_weight)
+        starts = advance(problem, parameters, stage, kept, weight)
         starts = starts.take(distinct(starts, attitude=2e-3, rate=2e-3))
         if len(starts.cost) == 0:
             raise InputError("no start gives finite currents: the nominal satellite or the noise is out of all range")

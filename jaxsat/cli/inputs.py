@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fitting.adaptive import AdaptiveRules
 from fitting.fit import FitSettings
 from fitting.observations import Observations
 from fitting.parameters import Nominal, PriorSigma, parse_free
@@ -95,7 +96,8 @@ def fit_settings(config: "Config") -> FitSettings:
         quantum_mA=fit.quantum_mA,
         max_rate_deg_s=fit.max_rate_deg_s,
         step_s=fit.step_s,
-        limiting=fit.limiting,
+        likelihood=fit.likelihood,
+        adaptive=AdaptiveRules(**fit.adaptive.model_dump(exclude={"on"})) if fit.adaptive.on else None,
         prior=PriorSigma(
             magnet=sigma.magnet_A_m2,
             rods=sigma.rods_A_m2,

@@ -110,7 +110,7 @@ def test_every_key_of_the_fit_arrives():
         "quantum_mA": 0.5,
         "max_rate_deg_s": 2.5,
         "step_s": 20.0,
-        "limiting": False,
+        "likelihood": "student",
     }
     priors = {
         "magnet_A_m2": 0.1,

@@ -14,6 +14,7 @@ from fitting.observations import build_problem
 from fitting.parameters import MODEL, STATE, PriorSigma, parametrization
 from fitting.problem import RATE_UNIT, predict
 from fitting.solvers.least_squares import Settings, normal_equations
+from fitting.solvers.multi_start import NONE
 from jaxsat.cli.config import load_config
 from jaxsat.cli.inputs import nominal, observations
 from jaxsat.cli.session import prepare_session
@@ -116,9 +117,10 @@ def test_padding_and_samples_after_the_arc_count_for_nothing(arc, blocks, number
     assert np.all(np.isfinite(prediction.residual)) and np.all(np.isfinite(jacobian))
     assert len(inside) == 16 and not inside[SAMPLES:].any()
 
-    settings = Settings(jnp.asarray(0), jnp.asarray(1), jnp.asarray(3.0), jnp.ones(len(NAMES), bool))
+    none, each = jnp.asarray(NONE), np.repeat(inside.astype(float)[:, None], 6, axis=1)
+    settings = Settings(jnp.asarray(0), jnp.asarray(1), jnp.asarray(3.0), jnp.ones(len(NAMES), bool), none, none)
     cost, gradient, hessian = normal_equations(
-        prediction.residual, jnp.asarray(jacobian), jnp.asarray(inside.astype(float)), jnp.asarray(arc.x), settings
+        prediction.residual, jnp.asarray(jacobian), jnp.asarray(each), jnp.asarray(arc.x), settings
     )
     r, J = np.asarray(prediction.residual)[inside].ravel(), jacobian[inside].reshape(-1, len(NAMES))
     c = 3.0

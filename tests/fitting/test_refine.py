@@ -9,7 +9,7 @@ import pytest
 from fitting.observations import build_problem
 from fitting.parameters import MODEL, parametrization
 from fitting.problem import RATE_UNIT
-from fitting.refine import MAX_MINIMA, candidates, refine
+from fitting.refine import LIKELIHOODS, MAX_MINIMA, candidates, refine
 from fitting.solvers.multi_start import Starts
 from jaxsat.cli.config import load_config
 from jaxsat.cli.inputs import fit_settings, nominal, observations
@@ -44,14 +44,15 @@ class Limited:
         shifts = (values - np.asarray(self.parameters.nominal)) / np.asarray(self.parameters.scale)
         return shifts[[MODEL.index(name) for name in self.parameters.free]]
 
-    def refine(self, *, offsets=((0.0, 0.0, 0.0),), limiting=True):
+    def refine(self, *, offsets=((0.0, 0.0, 0.0),), likelihood="mixture"):
         """From the truth, in the fit's gauge, with rates off by `offsets` [rad/min]."""
         count = len(offsets)
         x = np.zeros((count, len(self.parameters.names)))
         x[:, 6:] = self.true_shifts()
         x[:, 3:6] = np.array(self.truth["w"][0]) / RATE_UNIT + np.array(offsets)
         starts = Starts(x, np.array(self.truth["q"][:1] * count), np.arange(float(count)))
-        return refine(self.problem, self.parameters, starts, self.weight, limiting=limiting, progress=lambda *_: None)
+        weight = np.repeat(self.weight[:, None], 6, axis=1)
+        return refine(self.problem, self.parameters, starts, weight, likelihood=likelihood, progress=lambda *_: None)
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +72,7 @@ def test_exactly_the_limited_samples_are_left_out(limited, refined):
     expected[: len(t)] = (t >= begin) & (t <= end) & limited.lit
     assert expected.sum() == 8
     np.testing.assert_array_equal(refined.limited[0], expected)
-    assert not refined.points.sample_weight[0][expected].any() and not refined.hopeless[0]
+    assert not refined.points.weight[0][expected].any() and not refined.hopeless[0]
 
 
 def test_starts_that_meet_are_one_minimum(refined):
@@ -95,10 +96,19 @@ def test_minimum_is_the_true_motion_within_its_bounds(limited, refined):
     assert np.all(refined.points.x >= lower) and np.all(refined.points.x <= upper)
 
 
-def test_without_limiting_nothing_is_left_out(limited):
-    result = limited.refine(limiting=False)
+@pytest.mark.parametrize("likelihood", ["normal", "student"])
+def test_without_a_state_of_samples_nothing_is_left_out(limited, likelihood):
+    result = limited.refine(likelihood=likelihood)
     assert not result.limited.any() and not result.hopeless.any()
-    np.testing.assert_array_equal(result.points.sample_weight[0], limited.weight)
+    np.testing.assert_array_equal(result.points.weight[0].T, np.tile(limited.weight, (6, 1)))
+
+
+def test_ways_of_being_robust_agree(limited, refined):
+    """Limited samples cost a normal likelihood several sigmas; the others agree within a third of one."""
+    x = refined.points.x[0, 6:]
+    sigma = np.sqrt(np.diagonal(np.linalg.inv(refined.points.hessian[0])))[6:]
+    off = {name: np.abs(limited.refine(likelihood=name).points.x[0, 6:] - x) / sigma for name in LIKELIHOODS}
+    assert off["trimmed"].max() < 1e-2 and off["student"].max() < 0.7 and off["normal"].max() > 2.0, off
 
 
 def test_a_model_that_explains_little_keeps_every_sample(limited):

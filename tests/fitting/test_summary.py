@@ -40,7 +40,10 @@ class Minimum:
         weight = np.asarray(self.problem.valid).astype(float)
         weight[: len(self.data.t)][(self.data.currents.max(axis=1) > 0.006) != self.truth["lit"]] = 0.0
         starts = Starts(x, self.truth["q"][:1], np.zeros(1))
-        self.refined = refine(self.problem, self.parameters, starts, weight, limiting=True, progress=lambda *_: None)
+        weight = np.repeat(weight[:, None], 6, axis=1)
+        self.refined = refine(
+            self.problem, self.parameters, starts, weight, likelihood="trimmed", progress=lambda *_: None
+        )
 
     def summarize(self, refined: Refined | None = None, **options):
         return summarize(self.data.t, self.problem, self.parameters, refined or self.refined, **options)

@@ -18,9 +18,10 @@ from fitting.solvers.least_squares import (
     Settings,
     robust_cost,
     robust_weight,
+    sample_loss,
     solve_bounded,
 )
-from fitting.solvers.multi_start import Stage, solve
+from fitting.solvers.multi_start import NONE, Stage, solve
 from jaxsat.cli.config import load_config
 from jaxsat.cli.inputs import fit_settings, nominal, observations
 from jaxsat.cli.session import prepare_session
@@ -48,16 +49,39 @@ def test_robust_cost_is_pseudo_huber():
     assert np.all(np.asarray(robust_weight(jnp.asarray(r), jnp.asarray(1e9))) > 1.0 - 1e-12)
 
 
+@pytest.mark.parametrize(("tail", "ceiling"), [(NONE, NONE), (6.0, NONE), (NONE, 30.0), (4.0, 20.0)])
+def test_loss_of_a_sample(tail, ceiling):
+    """Minus twice the logarithm of Student's density, mixed with that of an outlier; the weight is its slope."""
+    none = (jnp.asarray(0), jnp.asarray(0), jnp.asarray(PLAIN), jnp.ones(0, bool))
+    settings = Settings(*none, jnp.asarray(tail), jnp.asarray(ceiling))
+    square = jnp.asarray([0.0, 1e-6, 0.5, 6.0, 29.0, 31.0, 300.0])
+    loss, weight = sample_loss(square, settings)
+    heavy = np.asarray(square) if tail == NONE else tail * np.log(1.0 + np.asarray(square) / tail)
+    outlier = np.exp(-0.5 * ceiling)
+    expected = -2.0 * np.log((np.exp(-0.5 * heavy) + outlier) / (1.0 + outlier))
+    np.testing.assert_allclose(loss, expected, rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(
+        weight, jax.grad(lambda s: jnp.sum(sample_loss(s, settings)[0]))(square), rtol=1e-12, atol=1e-20
+    )
+    if ceiling != NONE:
+        # As likely as not to be an outlier where the loss without outliers is the ceiling.
+        at = tail * np.expm1(ceiling / tail) if tail != NONE else ceiling
+        share = 1.0 if tail == NONE else tail / (tail + at)
+        np.testing.assert_allclose(sample_loss(jnp.asarray([at]), settings)[1], [0.5 * share], rtol=1e-9)
+
+
 def point(hessian, gradient, x, damping=0.0):
     """A start with a quadratic model; everything that a step does not look at is zero."""
     prediction = Prediction(jnp.zeros((2, 6)), jnp.zeros((2, 4)), jnp.zeros((2, 3)), jnp.zeros((2, 3, len(x))))
     identity = jnp.array([1.0, 0.0, 0.0, 0.0])
     model = (jnp.asarray(1.0), jnp.asarray(gradient), jnp.asarray(hessian), jnp.asarray(damping))
-    return Point(jnp.asarray(x), identity, jnp.ones(2), *model, prediction, jnp.asarray(jnp.inf))
+    return Point(jnp.asarray(x), identity, jnp.ones((2, 6)), *model, prediction, jnp.asarray(jnp.inf))
 
 
 def step_of(start, lower, upper, active=(True,) * 6):
-    settings = Settings(jnp.asarray(0), jnp.asarray(1), jnp.asarray(PLAIN), jnp.asarray(active))
+    settings = Settings(
+        jnp.asarray(0), jnp.asarray(1), jnp.asarray(PLAIN), jnp.asarray(active), *[jnp.asarray(NONE)] * 2
+    )
     step, decrement = solve_bounded(start, jnp.asarray(lower), jnp.asarray(upper), settings)
     return np.asarray(step), float(decrement)
 
@@ -127,6 +151,7 @@ class Session:
         sunlit = np.asarray(self.problem.light.illumination)[: len(bright)] > 0.5
         self.weight = np.asarray(self.problem.valid).astype(float)
         self.weight[: len(bright)][bright != sunlit] = 0.0
+        self.weight = np.repeat(self.weight[:, None], 6, axis=1)
 
     def solve(self, x=None, q=None, problem=None, **changes):
         stage = Stage(len(self.q) - 1, 1, 20, PLAIN, np.ones(6, bool))
