@@ -2,6 +2,7 @@
 
 import dataclasses
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import jax
@@ -10,9 +11,9 @@ import numpy as np
 
 from fitting.adaptive import AdaptiveRules, refine_adaptively
 from fitting.observations import Observations, build_problem
-from fitting.parameters import Nominal, PriorSigma, parametrization
-from fitting.problem import RATE_UNIT
-from fitting.refine import candidates, refine
+from fitting.parameters import Nominal, Parametrization, PriorSigma, parametrization
+from fitting.problem import RATE_UNIT, Problem
+from fitting.refine import Refined, candidates, refine
 from fitting.result import FitResult
 from fitting.solvers.multi_start import Progress, Starts, compile_solver, grow
 from fitting.solvers.schedule import FIRST_ARC_LIT, arc_schedule
@@ -49,10 +50,16 @@ class FitSettings:
 
 
 def fit(
-    observations: Observations, nominal: Nominal, settings: FitSettings, *, progress: Progress = lambda *_: None
+    observations: Observations,
+    nominal: Nominal,
+    settings: FitSettings,
+    *,
+    progress: Progress = lambda *_: None,
+    at_minimum: Callable[[Problem, Parametrization, Refined], object] = lambda *_: None,
 ) -> FitResult:
     """Best attitude motion and parameters of a session, with their uncertainty; a failure is a result, not an error.
 
+    `at_minimum` is called with the problem on its fine grid and the minima, for what else is to be asked of them.
     The result starts at the arc's first sunlit sample. Raises `InputError` where fewer than `FIRST_ARC_LIT` are.
     """
     began = time.perf_counter()
@@ -112,6 +119,7 @@ def fit(
     else:
         rules, radius = settings.adaptive, observations.earth_radius
         refined = refine_adaptively(fine, parameters, survivors, use, rules, radius, progress)
+    at_minimum(fine, parameters, refined)
     result = summarize(observations.t, fine, parameters, refined, dark_disagreement=int(np.sum(bright != sunlit)))
     timing = {"prepare": tabulated - began, "compile": compiled - tabulated, "solve": time.perf_counter() - compiled}
     return dataclasses.replace(result, timing_s=timing)

@@ -30,6 +30,8 @@ REMARKABLE_CHI2_PER_DOF = 1.5
 """Beyond this the result says that the stated noise is too small."""
 MAX_DISAGREEMENT = 0.2
 """Largest share of bright samples that the computed shadow may contradict."""
+MAX_MISFITS = 0.05
+"""Largest share of bright samples that may be left out without being dimmer than modelled."""
 QUOTED_FIELD = 3.0e-5
 """Field in which results quote the moments of rods [T]."""
 DIFFERENT_ATTITUDE_DEG = 3.0
@@ -125,8 +127,10 @@ def summarize(
     gradient = np.asarray(best.gradient)[finite]
     promise = 0.5 * float(gradient @ cov[np.ix_(finite, finite)] @ gradient)
     remarks = _remarks(refined, values, notes, dark_disagreement, ratio)
+    # A limited charge current only takes away: samples left out though they are as bright as modelled are misfits.
+    misfits = int((refined.limited[0] & (measured.sum(axis=1) > modelled.sum(axis=1) - 3.0 * noise)).sum())
     status, verdict = _verdict(
-        float(best.cost), promise, ratio, refined, equals, dark_disagreement, int(problem.bright().sum())
+        float(best.cost), promise, ratio, refined, equals, dark_disagreement, misfits, int(problem.bright().sum())
     )
     message = "; ".join([verdict, *remarks])
     rms = float(np.sqrt((residual**2).sum() / max(informative.sum(), 1)) * noise * 1e3)
@@ -195,7 +199,14 @@ def _remarks(refined: Refined, values: np.ndarray, notes: dict[str, str], disagr
 
 
 def _verdict(
-    cost: float, promise: float, ratio: float, refined: Refined, equals: list[dict], disagree: int, bright: int
+    cost: float,
+    promise: float,
+    ratio: float,
+    refined: Refined,
+    equals: list[dict],
+    disagree: int,
+    misfits: int,
+    bright: int,
 ) -> tuple[str, str]:
     """Status and its reason; `promise` is the cost that an undamped step would still save."""
     if not (np.isfinite(cost) and promise <= CONVERGED_DECREMENT):
@@ -208,6 +219,11 @@ def _verdict(
         return NOT_CONVERGED, (
             f"the best minimum found does not explain the data: residuals are {np.sqrt(ratio):.1f} times the noise; "
             "free more parameters (albedo, imax, gains), or state the noise that the model deserves"
+        )
+    if misfits > MAX_MISFITS * bright:
+        return NOT_CONVERGED, (
+            f"{misfits} of {bright} bright samples fit no attitude, and no limited current dims them: "
+            "the model is wrong; free more parameters (rods, inertia, magnet)"
         )
     if equals:
         return AMBIGUOUS, f"{len(equals) + 1} different motions explain the data equally well"

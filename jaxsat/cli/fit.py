@@ -5,13 +5,15 @@ import importlib
 import sys
 import threading
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter, validators
 
-from jaxsat.cli.options import Arc, ConfigFile, Drop, Free, whole_number
+from jaxsat.cli.options import SINGLE, Arc, ConfigFile, Drop, Free, whole_number
 from jaxsat.cli.session import BUNDLED
 from jaxsat.errors import InputError
 
@@ -20,6 +22,18 @@ if TYPE_CHECKING:
 
 CONVERGED, BAD_INPUT, NOT_CONVERGED = 0, 1, 3
 """Exit statuses; an ambiguous fit has not converged to one answer and counts as such."""
+
+
+PROFILED = (*SINGLE, "imax")
+"""The words of `--profile`."""
+
+
+def _check_profiles(_: Any, value: Sequence[str] | None) -> None:
+    for name in value or ():
+        if name not in PROFILED:
+            close = get_close_matches(name, PROFILED, n=1)
+            hint = f" Did you mean {close[0]}?" if close else ""
+            raise ValueError(f'"{name}" is no single parameter such as {PROFILED[-1]} or {PROFILED[0]}.{hint}')
 
 
 def fit(
@@ -46,6 +60,15 @@ def fit(
             validator=validators.Number(gte=0, lt=2**32),
         ),
     ] = None,
+    profile: Annotated[
+        list[str] | None,
+        Parameter(
+            help="NAME of a free parameter, as imax, rods.y, rate.x: the lowest cost at each of its values and the "
+            "68 and 95 % intervals read from it; repeatable.",
+            negative=(),
+            validator=_check_profiles,
+        ),
+    ] = None,
     out: Annotated[Path, Parameter(help="Directory for the results.")] = Path("jaxsat-fit"),
     plots: Annotated[bool, Parameter(help="Draw pictures.")] = True,
 ) -> int:
@@ -59,6 +82,8 @@ def fit(
     3 not converged or ambiguous.
 
     Example: jaxsat fit a.RAW_SUN --free alsI0,albedo --arc 0 2700 --out a-fit
+
+    Example: jaxsat fit --profile imax --profile albedo.specular
     """
     began = time.perf_counter()
     settings = read_settings(config, free=free, arc=arc, drop=drop, starts=starts, seed=seed)
@@ -67,12 +92,13 @@ def fit(
         files = [BUNDLED]
 
     clock = Clock(began, load_numerics(began))
+    profiles = tuple(profile or ())
     if len(files) == 1:
-        return fit_one(files[0], out, settings, clock=clock, plots=plots).exit_status
+        return fit_one(files[0], out, settings, clock=clock, plots=plots, profiles=profiles).exit_status
 
     from jaxsat.cli.fit_many import fit_many
 
-    return fit_many(files, out, settings, clock=clock, plots=plots)
+    return fit_many(files, out, settings, clock=clock, plots=plots, profiles=profiles)
 
 
 @dataclass(frozen=True)
@@ -133,12 +159,23 @@ def read_settings(
 
 
 def fit_one(
-    path: Path, directory: Path, settings: "Config", *, clock: Clock, plots: bool, quiet: bool = False
+    path: Path,
+    directory: Path,
+    settings: "Config",
+    *,
+    clock: Clock,
+    plots: bool,
+    profiles: tuple[str, ...] = (),
+    quiet: bool = False,
 ) -> Outcome:
-    """Fits one file, writes its directory whole or not at all, prints a summary; raises `InputError`."""
+    """Fits one file, writes its directory whole or not at all, prints a summary; raises `InputError`.
+
+    `profiles` names the parameters that get a profile.
+    """
     from fitting.fit import fit
     from jaxsat.cli.fit_files import FILES, write_fit
     from jaxsat.cli.inputs import fit_settings, nominal, observations
+    from jaxsat.cli.profiles import Profiler
     from jaxsat.cli.progress import StageProgress
     from jaxsat.cli.session import prepare_session
     from jaxsat.cli.staging import staged_directory
@@ -155,14 +192,17 @@ def fit_one(
         with StageProgress(prepared.label) as progress:
             samples = observations(prepared.session, prepared.orbit_fit, settings)
             try:
-                result = fit(samples, nominal(settings), fit_settings(settings), progress=progress)
+                profiler = Profiler(profiles, settings, progress)
+                extra: dict[str, Any] = {"at_minimum": profiler} if profiles else {}
+                result = fit(samples, nominal(settings), fit_settings(settings), progress=progress, **extra)
             except InputError as error:
                 raise InputError(error.reason, file=path, row=error.row, field=error.field) from None
             progress("writing results", 0, 0)
             timing = {**before, **result.timing_s}
             timing["prepare"] = before["prepare"] + result.timing_s.get("prepare", 0.0)
             result = dataclasses.replace(result, timing_s=timing)
-            result, warnings = write_fit(stage, result, prepared, settings, began=clock.began, plots=plots)
+            found = {"profiles": profiler.profiles, "remarks": profiler.reasons}
+            result, warnings = write_fit(stage, result, prepared, settings, began=clock.began, plots=plots, **found)
     if not quiet:
         show(fit_summary(result, prepared.label), f"\nresults in {directory}")
     for warning in warnings:

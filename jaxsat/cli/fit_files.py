@@ -1,13 +1,16 @@
 """Writes everything that a fit leaves in its directory."""
 
 import dataclasses
+import math
 import platform
 import time
+from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from jaxsat.cli.fit_page import fit_page
+from jaxsat.cli.fit_page import fit_page, profile_picture
+from jaxsat.cli.options import SINGLE
 from jaxsat.cli.output import (
     ATTITUDE_COLUMNS,
     CURRENT_COLUMNS,
@@ -17,8 +20,10 @@ from jaxsat.cli.output import (
     write_json,
 )
 from jaxsat.cli.tables import parameter_rows
+from jaxsat.significant import unit_text
 
 if TYPE_CHECKING:
+    from fitting.profile import Profile
     from fitting.result import FitResult
     from jaxsat.cli.session import PreparedSession
     from jaxsat.cli.settings import Config
@@ -32,28 +37,54 @@ FILES = (
     "provenance.json",
     "report.html",
     "fit.json",
+    *(profile_picture(name) for name in (*SINGLE, "imax")),
 )
 """All names that a fit may write."""
 
 
 def write_fit(
-    directory: Path, result: "FitResult", prepared: "PreparedSession", config: "Config", *, began: float, plots: bool
+    directory: Path,
+    result: "FitResult",
+    prepared: "PreparedSession",
+    config: "Config",
+    *,
+    began: float,
+    plots: bool,
+    profiles: Sequence["Profile"] = (),
+    remarks: Sequence[str] = (),
 ) -> tuple["FitResult", list[str]]:
-    """Writes the files of one fit; returns the result with its total time since `began` (perf_counter) and warnings."""
+    """Writes the files of one fit; returns the result with its total time since `began` (perf_counter) and warnings.
+
+    `remarks` are warnings that are there already.
+    """
+    from fitting.diagnostics import diagnose
+
     epoch = prepared.session.epoch
-    pictures = draw_fit(result, prepared.subtitle) if plots else {}
+    # The 1-sigma that the fit itself makes of them.
+    diagnostics = diagnose(result, noise_mA=math.hypot(config.fit.noise_mA, config.fit.quantum_mA / math.sqrt(12.0)))
+    pictures = {**draw_fit(result, prepared.subtitle), **draw_profiles(profiles, prepared.subtitle)} if plots else {}
     for name, png in pictures.items():
         (directory / name).write_bytes(png)
     write_attitude_csv(directory / "attitude.csv", result, epoch)
     write_currents_csv(directory / "currents.csv", result, epoch)
 
     result = dataclasses.replace(result, timing_s={**result.timing_s, "total": time.perf_counter() - began})
-    document, nulls = fit_document(result, telemetry=prepared.telemetry, epoch=epoch)
-    warnings = [f"{place} is not a finite number and stands as null in fit.json" for place in nulls]
+    document, nulls = fit_document(
+        result, telemetry=prepared.telemetry, epoch=epoch, diagnostics=diagnostics, profiles=profiles
+    )
+    warnings = [*remarks, *(f"{place} is not a finite number and stands as null in fit.json" for place in nulls)]
     if not prepared.orbit_fit.converged:
         warnings.append(f"orbit: {prepared.orbit_fit.message}")
     provenance = provenance_document(result, prepared, config, warnings)
-    report = fit_page(result, prepared, pictures, warnings=warnings, provenance=provenance)
+    report = fit_page(
+        result,
+        prepared,
+        pictures,
+        diagnostics=diagnostics,
+        profiles=profiles,
+        warnings=warnings,
+        provenance=provenance,
+    )
     (directory / "report.html").write_text(report, encoding="utf-8")
     write_json(directory / "provenance.json", provenance)
     write_json(directory / "fit.json", document)
@@ -86,6 +117,30 @@ def draw_fit(result: "FitResult", subtitle: str) -> dict[str, bytes]:
     footer = [f"Gauge: {result.gauge}"] if result.gauge else []
     parameters = draw_parameters(parameter_rows(result.parameters), subtitle=subtitle, footer=footer)
     figures = {"currents.png": currents, "field_angle.png": field_angle, "parameters.png": parameters}
+    return {name: png_bytes(figure) for name, figure in figures.items()}
+
+
+def draw_profiles(profiles: Sequence["Profile"], subtitle: str) -> dict[str, bytes]:
+    """Returns the pictures of profiles as PNG by file name."""
+    from jaxsat.plotting import png_bytes
+    from jaxsat.plotting.profile import draw_profile
+
+    figures = {
+        profile_picture(p.name): draw_profile(
+            p.values,
+            p.rise,
+            best=p.best,
+            sigma=p.sigma,
+            interval_68=p.interval_68,
+            interval_95=p.interval_95,
+            name=p.name,
+            unit=unit_text(p.unit),
+            rise_data=p.rise_data,
+            settled=p.settled,
+            subtitle=subtitle,
+        )
+        for p in profiles
+    }
     return {name: png_bytes(figure) for name, figure in figures.items()}
 
 

@@ -18,7 +18,15 @@ SCHEMA = "jaxsat.fit-summary/1"
 STATUSES = ("converged", "ambiguous", "not_converged", "failed")
 
 
-def fit_many(files: list[Path], out: Path, settings: "Config", *, clock: Clock, plots: bool) -> int:
+def fit_many(
+    files: list[Path],
+    out: Path,
+    settings: "Config",
+    *,
+    clock: Clock,
+    plots: bool,
+    profiles: tuple[str, ...] = (),
+) -> int:
     """Fits each file into out/STEM, writes out/summary.json and returns the worst exit status.
 
     Worst is bad input (1), then not converged (3). Each directory is whole or absent, whenever the run is stopped.
@@ -29,7 +37,7 @@ def fit_many(files: list[Path], out: Path, settings: "Config", *, clock: Clock, 
     outcomes = []
     for number, (path, name) in enumerate(zip(files, directory_names(files), strict=True)):
         own = clock if number == 0 else Clock(time.perf_counter(), 0.0)
-        outcomes.append(_attempt(path, out / name, settings, clock=own, plots=plots))
+        outcomes.append(_attempt(path, out / name, settings, clock=own, plots=plots, profiles=profiles))
     _write_summary(out, outcomes, time.perf_counter() - clock.began)
     show(files_summary([(o.telemetry, o.status, o.message) for o in outcomes]), f"results in {out}")
     found = {outcome.exit_status for outcome in outcomes}
@@ -47,9 +55,11 @@ def directory_names(files: list[Path]) -> list[str]:
     return names
 
 
-def _attempt(path: Path, directory: Path, settings: "Config", *, clock: Clock, plots: bool) -> Outcome:
+def _attempt(
+    path: Path, directory: Path, settings: "Config", *, clock: Clock, plots: bool, profiles: tuple[str, ...]
+) -> Outcome:
     try:
-        return fit_one(path, directory, settings, clock=clock, plots=plots, quiet=True)
+        return fit_one(path, directory, settings, clock=clock, plots=plots, profiles=profiles, quiet=True)
     except InputError as error:
         message = str(error)
     # A defect that one file brings to light must not cost the others their night's run.

@@ -12,8 +12,11 @@ from jaxsat.cli.tables import (
     strong_correlations,
 )
 from jaxsat.report import Facts, Picture, Remarks, Table, Verdict, page
+from jaxsat.significant import unit_text, value_and_sigma, value_text
 
 if TYPE_CHECKING:
+    from fitting.diagnostics import Diagnostics
+    from fitting.profile import Profile
     from fitting.result import FitResult
     from jaxsat.cli.session import PreparedSession
 
@@ -30,6 +33,8 @@ def fit_page(
     prepared: "PreparedSession",
     pictures: Mapping[str, bytes],
     *,
+    diagnostics: "Diagnostics",
+    profiles: Sequence["Profile"] = (),
     warnings: Sequence[str],
     provenance: Mapping[str, Any],
 ) -> str:
@@ -54,6 +59,25 @@ def fit_page(
             Facts("Fit", fit_facts(result)),
             *(Picture(heading, pictures[name], alt) for name, (heading, alt) in PICTURES.items() if name in pictures),
             Table("Parameters", ("parameter", "value", "1σ", "unit", "note"), parameters, (1,)),
+            Table(
+                "Profiles",
+                ("parameter", "value", "1σ", "68 %", "95 %", "unit", "note"),
+                [profile_row(p) for p in profiles],
+                (1,),
+                note="Intervals in which the cost rises by less than 1/2 and 1.92, all other parameters at their best.",
+            ),
+            *(
+                Picture(f"Profile of {p.name}", pictures[name], f"Rise of the cost against {p.name} with its intervals")
+                for p in profiles
+                if (name := profile_picture(p.name)) in pictures
+            ),
+            Table(
+                "Residual diagnostics",
+                ("panel", "residuals", "RMS / σ", "mean / σ", "z of the mean", "lag 1", "z of lag 1", "Ljung-Box p"),
+                list(diagnostic_rows(diagnostics)),
+                tuple(range(1, 8)),
+                note=diagnostic_note(diagnostics),
+            ),
             Table(f"Correlations beyond ±{STRONG_CORRELATION}", ("parameter", "with", "correlation"), strong, (2,)),
             Table(
                 "Left out before the fit",
@@ -67,6 +91,47 @@ def fit_page(
             Table("Settings", ("key", "value"), list(setting_rows(provenance["settings"]))),
         ],
     )
+
+
+def profile_picture(name: str) -> str:
+    """Returns the file name of a parameter's profile."""
+    return f"profile-{name}.png"
+
+
+def profile_row(profile: "Profile") -> tuple[str, ...]:
+    """Returns (name, value, sigma, 68 %, 95 %, unit, note) of a profile as text."""
+    p = profile
+    value, sigma = value_and_sigma(p.best, p.sigma)
+    # All numbers to the digit that a quarter of the profile's width, about two sigmas, makes worth while.
+    width = float(p.values[-1] - p.values[0]) / 4.0
+
+    def span(interval: tuple[float | None, float | None]) -> str:
+        low, high = ("open" if end is None else value_and_sigma(end, width)[0] for end in interval)
+        return f"{low} ... {high}"
+
+    texts = (span(p.interval_68), span(p.interval_95))
+    return (p.name, value, f"± {sigma}" if sigma else "", *texts, unit_text(p.unit), p.note)
+
+
+def diagnostic_rows(diagnostics: "Diagnostics") -> Iterator[tuple[str, ...]]:
+    """Yields (panel, residuals, RMS, mean, its z, lag 1, its z, p) as text."""
+    for name, panel in diagnostics.panels.items():
+        signed = (panel.mean, panel.mean_z, panel.lag1, panel.lag1_z)
+        yield (
+            name,
+            str(panel.count),
+            "" if panel.rms is None else f"{panel.rms:.2f}",
+            *("" if number is None else f"{number:+.2f}" for number in signed),
+            "" if panel.ljung_box_p is None else value_text(panel.ljung_box_p, 2),
+        )
+
+
+def diagnostic_note(diagnostics: "Diagnostics") -> str:
+    """Returns chi2, tails and remarks in sentences."""
+    ratio, p = diagnostics.chi2_per_dof, diagnostics.chi2_p
+    parts = [] if ratio is None else [f"chi2 per degree of freedom {ratio:.3f} (p = {value_text(p, 2)})"]
+    parts += [f"{t['found']} beyond {limit} σ, {t['expected']:.1f} expected" for limit, t in diagnostics.tails.items()]
+    return "; ".join([*parts, *(diagnostics.remarks() or ["nothing that is not noise"])]) + "."
 
 
 def setting_rows(settings: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:

@@ -12,6 +12,8 @@ import numpy as np
 from jaxsat.time import Epoch
 
 if TYPE_CHECKING:
+    from fitting.diagnostics import Diagnostics
+    from fitting.profile import Profile
     from fitting.result import FitResult
     from jaxsat.telemetry.cleaning import Session
 
@@ -54,7 +56,14 @@ SAMPLE_COLUMNS = {
 """Columns of samples.csv."""
 
 
-def fit_document(result: "FitResult", *, telemetry: str, epoch: Epoch) -> tuple[dict[str, Any], list[str]]:
+def fit_document(
+    result: "FitResult",
+    *,
+    telemetry: str,
+    epoch: Epoch,
+    diagnostics: "Diagnostics",
+    profiles: Sequence["Profile"] = (),
+) -> tuple[dict[str, Any], list[str]]:
     """Returns the content of fit.json, and the places in it where a number that is not finite became null."""
     document: dict[str, Any] = {
         "schema": SCHEMA,
@@ -78,6 +87,8 @@ def fit_document(result: "FitResult", *, telemetry: str, epoch: Epoch) -> tuple[
             "field_angle_deg": result.field_angle_deg,
             "field_angle_sigma_deg": result.field_angle_sigma_deg,
         },
+        "diagnostics": diagnostics.as_dict(),
+        "profiles": {p.name: p.as_dict() for p in profiles},
         "timing_s": {name: result.timing_s.get(name, 0.0) for name in TIMINGS},
     }
     return plain(document)

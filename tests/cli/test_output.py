@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fitting.diagnostics import diagnose
 from jaxsat.cli.output import (
     ATTITUDE_COLUMNS,
     CURRENT_COLUMNS,
@@ -26,7 +27,8 @@ EPOCH = Epoch.from_utc(2001, 1, 18, 4, 54, 15.0)
 
 @pytest.fixture
 def document(fit_result):
-    content, nulls = fit_document(fit_result, telemetry="a.RAW_SUN", epoch=EPOCH)
+    diagnostics = diagnose(fit_result, noise_mA=2.0)
+    content, nulls = fit_document(fit_result, telemetry="a.RAW_SUN", epoch=EPOCH, diagnostics=diagnostics)
     assert nulls == ["parameters.imax.sigma"]
     return json.loads(json_text(content), parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
 
@@ -34,7 +36,7 @@ def document(fit_result):
 def test_fit_json_has_the_keys_of_its_schema_and_no_others(document, fit_result):
     assert list(document) == [
         *("schema", "telemetry", "epoch_utc", "status", "message", "chi2", "dof", "residual_rms_mA"),
-        *("parameters", "gauge", "correlations", "attitude", "timing_s"),
+        *("parameters", "gauge", "correlations", "attitude", "diagnostics", "profiles", "timing_s"),
     ]
     assert document["schema"] == "jaxsat.fit/1"
     assert document["telemetry"] == "a.RAW_SUN"
