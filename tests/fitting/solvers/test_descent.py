@@ -1,0 +1,127 @@
+"""Gradient descent and L-BFGS end where Levenberg-Marquardt does, within bounds, and give up on what is not finite."""
+
+import dataclasses
+import json
+from typing import Any
+
+import equinox as eqx
+import jax
+import numpy as np
+import pytest
+
+from fitting.observations import build_problem
+from fitting.parameters import PriorSigma, parametrization
+from fitting.problem import RATE_UNIT
+from fitting.solvers.descent import adam, lbfgs
+from fitting.solvers.least_squares import Settings, levenberg_marquardt
+from fitting.solvers.multi_start import NONE
+from jaxsat.cli.config import load_config
+from jaxsat.cli.inputs import nominal, observations
+from jaxsat.cli.session import BUNDLED, prepare_session
+from jaxsat.integrators import BLOCK
+
+SAMPLES = 16
+PLAIN, ROBUST = 1e4, 3.0
+SOLVERS = {"lm": levenberg_marquardt, "lbfgs": lbfgs, "adam": adam}
+ENOUGH = {"lm": 20, "lbfgs": 80, "adam": 400}
+
+
+class Arc:
+    """The first samples of the bundled session, the state and the specular albedo free, started 3 deg off the truth."""
+
+    def __init__(self):
+        config = load_config()
+        prepared = prepare_session(BUNDLED, config)
+        whole = observations(prepared.session, prepared.orbit_fit, config)
+        cut = {"t": whole.t[:SAMPLES], "currents": whole.currents[:SAMPLES], "sun_eci": whole.sun_eci[:SAMPLES]}
+        self.problem = build_problem(dataclasses.replace(whole, **cut), noise=2e-3, max_step=32.0)
+        self.parameters = parametrization(nominal(config), ("albedo.specular",), PriorSigma())
+        true = json.loads(BUNDLED.with_suffix(".truth.json").read_text())
+        self.reference = np.array(true["q"][0])
+        self.x = np.array([0.03, -0.03, 0.02, *np.array(true["w"][0]) / RATE_UNIT + [0.02, -0.02, 0.01], 0.0])
+        self.weight = np.repeat(np.asarray(self.problem.valid).astype(float)[:, None], 6, axis=1)
+        self._compiled: dict[str, Any] = {name: eqx.filter_jit(solver) for name, solver in SOLVERS.items()}
+
+    def settings(self, iterations, scale=PLAIN, active=(True,) * 7):
+        return Settings(
+            blocks=np.asarray(-(-int(self.problem.grid.sample_index[SAMPLES - 1]) // BLOCK)),
+            iterations=np.asarray(iterations),
+            robust_scale=np.asarray(scale),
+            active=np.asarray(active),
+            tail=np.asarray(NONE),
+            ceiling=np.asarray(NONE),
+        )
+
+    def solve(self, name, *, iterations=None, bounds=None, problem=None, x=None, **changes):
+        settings = self.settings(ENOUGH[name] if iterations is None else iterations, **changes)
+        point = self._compiled[name](
+            problem or self.problem,
+            self.parameters,
+            settings,
+            bounds or self.parameters.bounds(),
+            self.x if x is None else x,
+            self.reference,
+            self.weight,
+        )
+        return jax.device_get(point)
+
+
+@pytest.fixture(scope="module")
+def arc():
+    return Arc()
+
+
+def angle(a, b):
+    return 2.0 * np.arccos(min(abs(a.reference @ b.reference), 1.0))
+
+
+@pytest.mark.parametrize("name", ["lbfgs", "adam"])
+@pytest.mark.parametrize("scale", [PLAIN, ROBUST])
+def test_minimum_is_that_of_levenberg_marquardt(arc, name, scale):
+    point, expected = arc.solve(name, scale=scale), arc.solve("lm", scale=scale)
+    # Each stops where a Gauss-Newton step would save less than 1e-4: differences below 0.015 sigma.
+    assert point.decrement < 1e-4
+    assert point.cost == pytest.approx(expected.cost, abs=2e-4)
+    sigma = np.sqrt(np.diagonal(np.linalg.inv(expected.hessian)))
+    assert np.all(np.abs(point.x - expected.x)[3:] < 0.03 * sigma[3:])
+    assert angle(point, expected) < 0.05 * sigma[:3].max()
+    assert not point.x[:3].any() and np.linalg.norm(point.reference) == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ["lbfgs", "adam"])
+def test_bounds_hold_and_stop_what_presses_on_them(arc, name):
+    free = arc.solve("lm")
+    lower, upper = arc.parameters.bounds()
+    # Half-way to where each would go: one from above, one from below.
+    for k in (3, 6):
+        middle = 0.5 * (arc.x[k] + free.x[k])
+        (upper if free.x[k] > arc.x[k] else lower)[k] = middle
+    point, expected = (arc.solve(each, bounds=(lower, upper)) for each in (name, "lm"))
+    assert np.all(point.x >= lower) and np.all(point.x <= upper)
+    np.testing.assert_array_equal(point.x[[3, 6]], expected.x[[3, 6]])
+    assert point.cost == pytest.approx(expected.cost, abs=1e-2)
+
+
+@pytest.mark.parametrize("name", ["lbfgs", "adam"])
+def test_inactive_unknowns_do_not_move(arc, name):
+    point = arc.solve(name, iterations=10, active=[True] * 3 + [False, True, False, False])
+    np.testing.assert_array_equal(point.x[[3, 5, 6]], arc.x[[3, 5, 6]])
+    assert point.x[4] != arc.x[4] and np.any(point.reference != arc.reference)
+
+
+@pytest.mark.parametrize("name", ["lbfgs", "adam"])
+def test_more_iterations_never_end_higher(arc, name):
+    start = arc.solve(name, iterations=0)
+    np.testing.assert_array_equal(start.x[3:], arc.x[3:])
+    assert start.cost == pytest.approx(arc.solve("lm", iterations=0).cost, rel=1e-14)
+    few, more = arc.solve(name, iterations=5), arc.solve(name, iterations=40)
+    assert more.cost < few.cost < start.cost
+
+
+@pytest.mark.parametrize("name", ["lbfgs", "adam"])
+def test_a_start_without_a_finite_cost_is_given_back(arc, name):
+    measured = np.array(arc.problem.measured)
+    measured[3, 2] = np.nan
+    point = arc.solve(name, problem=eqx.tree_at(lambda p: p.measured, arc.problem, measured))
+    assert not np.isfinite(point.cost)
+    np.testing.assert_array_equal(point.x[3:], arc.x[3:])
