@@ -1,6 +1,6 @@
 """The trajectories of `fit_peer_model` compiled by numba: what finite differences cost without NumPy's calls."""
 
-import numba
+import numba  # pyright: ignore[reportMissingImports]
 import numpy as np
 from fit_peer_model import MU, Array, Tables
 

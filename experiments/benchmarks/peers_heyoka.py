@@ -10,7 +10,7 @@ from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
-import heyoka as hy
+import heyoka as hy  # pyright: ignore[reportMissingImports]
 import numpy as np
 from attitude_job import (
     DIPOLE,

@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable
 from fractions import Fraction
 
-import llvmlite.binding as llvm
+import llvmlite.binding as llvm  # pyright: ignore[reportMissingImports]
 import numpy as np
 from attitude_job import (
     HARDEST,
@@ -32,7 +32,7 @@ from scipy.spatial.transform import Rotation
 # LLVM keeps to 256 bits on processors that have 512, unless told before numba is imported.
 os.environ.setdefault("NUMBA_CPU_NAME", llvm.get_host_cpu_name())
 os.environ.setdefault("NUMBA_CPU_FEATURES", llvm.get_host_cpu_features().flatten() + ",-prefer-256-bit")
-import numba  # noqa: E402
+import numba  # noqa: E402  # pyright: ignore[reportMissingImports]
 
 LANES = 8
 CHECKED = [*range(32), *HARDEST]
