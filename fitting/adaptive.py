@@ -79,12 +79,11 @@ def _panel_light(
 
     def at_sample(q, light, up):
         normals = craft.panels.normals
-        to_body = lambda v: quaternion.rotate_inverse(q, v)  # noqa: E731
         return (
             direct_currents(q, craft.panels, light),
             albedo_currents(q, craft.panels, mirror, light),
-            normals @ to_body(light.sun_eci),
-            normals @ to_body(up),
+            normals @ quaternion.rotate_inverse(q, light.sun_eci),
+            normals @ quaternion.rotate_inverse(q, up),
         )
 
     return (*jax.vmap(at_sample)(q, problem.light, radius_vector / distance[:, None]), distance)

@@ -25,16 +25,17 @@ from fitting.observations import Observations
 from fitting.result import FitResult
 from jaxsat.cli.config import load_config
 from jaxsat.cli.inputs import fit_settings, nominal
-from jaxsat.constants import EARTH_RADIUS_MEAN, EARTH_ROTATION_RATE
+from jaxsat.constants import EARTH_MU, EARTH_RADIUS_MEAN, EARTH_ROTATION_RATE
 from jaxsat.environment import igrf_field, orbit_from_elements_km_deg
 from jaxsat.plotting.style import INK, dress, new_figure
+from jaxsat.time import Epoch
 
 jax.config.update("jax_enable_x64", True)
 
 SHOWN = ("rods", "imax", "magnet")
 BODY = ("xx", "yy", "zz", "xy", "xz", "yz")
 WAYS = {
-    "paper": {"fit.adaptive": {"on": True}, "spacecraft.gains": [1.0] * 6},
+    "paper": {"fit.adaptive": {"on": True}},
     "ours": {"albedo.specular": 0.3},
 }
 
@@ -70,14 +71,14 @@ def fitted(truth: dict[str, Any], currents_mA: np.ndarray, setting: Setting, way
     config = load_config(overrides={"fit.free": free, "fit.quantum_mA": 0.0, **WAYS[way], **setting.nominal})
     cfg, start = truth["cfg"], dt.datetime.fromisoformat(truth["cfg"]["start"])
     e = cfg["elements"]
-    motion = np.sqrt(3.986004415e14 / e["a"] ** 3)
+    motion = np.sqrt(EARTH_MU / e["a"] ** 3)
     orbit = orbit_from_elements_km_deg(
         a_km=e["a"] / 1e3, e=e["e"], i_deg=e["i"], raan_deg=e["raan"], argp_deg=e["argp"],
         mean_anomaly_deg=float(np.degrees(-motion * e["t_peri"])),
     )  # fmt: skip
     inside = truth["t"] <= setting.until_s
     t = truth["t"][inside]
-    year = start.year + (start.timetuple().tm_yday - 1 + start.hour / 24.0) / 365.0
+    year = Epoch.from_utc(start.year, start.month, start.day, start.hour, start.minute, start.second).decimal_year()
     samples = Observations(
         t=t,
         currents=1e-3 * currents_mA[inside],

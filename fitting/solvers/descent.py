@@ -23,9 +23,10 @@ from fitting.solvers.least_squares import (
     FINISHED_DECREMENT,
     Point,
     Settings,
-    blank_prediction,
     evaluate,
+    free_unknowns,
     solve_bounded,
+    unevaluated,
 )
 
 MEMORY = 20
@@ -36,6 +37,9 @@ SUFFICIENT, FLAT = 1e-4, 0.9
 
 PEAK, BETA_1, BETA_2 = 10.0, 0.9, 0.99
 """Largest step of Adam in units of 1/sqrt(H_ii), and its means of gradient and square over 10 and 100 steps."""
+
+TINY_DAMPING = 1e-10
+"""Only keeps the factorisation of a singular matrix finite."""
 
 Bounds = tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]]
 
@@ -79,13 +83,13 @@ def lbfgs(
         bracketed = eqx.tree_at(lambda c: (c.low, c.high, c.length), carry, (low, high, length))
 
         scale = jnp.where(first, _scale(trial), carry.scale)
-        gradient = scale * jnp.where(_free(trial, bounds, settings), trial.gradient, 0.0)
+        gradient = scale * jnp.where(free_unknowns(trial, *bounds, settings), trial.gradient, 0.0)
         moved = carry.moved + step / scale
         # Without positive curvature along the step, as at a bound, the memory would not stay positive definite.
         curved = (gradient - carry.memory.updates) @ (step / scale) > 0.0
         memory = _choose(curved, carry.memory, fresh)
         proposed, memory = _update(quasi_newton, gradient, memory, moved)
-        ascent = jnp.where(_free(trial, bounds, settings), proposed, 0.0)
+        ascent = jnp.where(free_unknowns(trial, *bounds, settings), proposed, 0.0)
         # What is pressed against a bound is cut out of the direction, which may then lead uphill.
         downhill = ascent @ gradient > 0.0
         ascent = jnp.where(downhill, ascent, gradient / jnp.maximum(1.0, jnp.linalg.norm(gradient)))
@@ -106,7 +110,7 @@ def lbfgs(
     one, zero = jnp.ones((), x.dtype), jnp.zeros_like(x)
     start = _LineSearch(
         number=jnp.zeros((), int),
-        point=_unevaluated(problem, x, reference, weight),
+        point=unevaluated(problem, x, reference, weight, TINY_DAMPING),
         scale=jnp.ones_like(x),
         direction=zero,
         length=one,
@@ -143,18 +147,18 @@ def adam(
     def iterate(carry):
         number, here, best, scale, state = carry
         first = number == 0
-        gradient = scale * jnp.where(_free(here, bounds, settings), here.gradient, 0.0)
+        gradient = scale * jnp.where(free_unknowns(here, *bounds, settings), here.gradient, 0.0)
         update, new_state = _update(moments, gradient, state)
         state = _choose(first, fresh, new_state)
         share = number / jnp.maximum(settings.iterations, 1)
         length = PEAK * 0.5 * (1.0 + jnp.cos(jnp.pi * share))
         # A mean over past gradients may still push what is held now.
-        update = jnp.where(_free(here, bounds, settings) & ~first, update, 0.0)
+        update = jnp.where(free_unknowns(here, *bounds, settings) & ~first, update, 0.0)
         here = _evaluate(problem, parameters, settings, bounds, here, here.x - length * scale * update)
         scale = jnp.where(first, _scale(here), scale)
         return number + 1, here, _choose(first | (here.cost < best.cost), here, best), scale, state
 
-    blank = _unevaluated(problem, x, reference, weight)
+    blank = unevaluated(problem, x, reference, weight, TINY_DAMPING)
     carry = (jnp.zeros((), int), blank, blank, jnp.ones_like(x), fresh)
     _, _, best, *_ = jax.lax.while_loop(unfinished, iterate, carry)
     return best
@@ -200,23 +204,6 @@ def _evaluate(
     return eqx.tree_at(lambda p: p.decrement, trial, jnp.where(jnp.isnan(decrement), jnp.inf, decrement))
 
 
-def _unevaluated(problem, x, reference, weight) -> Point:
-    """A start as an infinitely bad point, for the first pass of a loop to evaluate."""
-    infinite = jnp.asarray(jnp.inf, x.dtype)
-    return Point(
-        x=x,
-        reference=reference,
-        weight=weight,
-        cost=infinite,
-        gradient=jnp.zeros_like(x),
-        hessian=jnp.eye(x.shape[0], dtype=x.dtype),
-        # Only to keep the factorisation of a singular matrix finite.
-        damping=jnp.asarray(1e-10, x.dtype),
-        prediction=blank_prediction(problem, x.shape[0]),
-        decrement=infinite,
-    )
-
-
 def _update(
     transformation: optax.GradientTransformation, gradient: Array, state: Any, place: Array | None = None
 ) -> tuple[Array, Any]:
@@ -230,13 +217,6 @@ def _update(
 def _scale(point: Point) -> Float[Array, " unknowns"]:
     curvature = jnp.diagonal(point.hessian)
     return jnp.where(curvature > 0.0, 1.0 / jnp.sqrt(jnp.maximum(curvature, 1e-300)), 1.0)
-
-
-def _free(point: Point, bounds: Bounds, settings: Settings) -> Bool[Array, " unknowns"]:
-    """Unknowns that may move and that no bound stops."""
-    lower, upper = bounds
-    pressed = ((point.x <= lower) & (point.gradient > 0)) | ((point.x >= upper) & (point.gradient < 0))
-    return jnp.asarray(settings.active) & ~pressed
 
 
 def _choose(condition: Bool[Array, ""], one: Any, other: Any) -> Any:

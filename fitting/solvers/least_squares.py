@@ -110,12 +110,19 @@ def normal_equations(
     return cost, gradient, weighted_j.T @ flat_j + jnp.diag(prior.astype(x.dtype))
 
 
+def free_unknowns(
+    point: Point, lower: Float[Array, " unknowns"], upper: Float[Array, " unknowns"], settings: Settings
+) -> Bool[Array, " unknowns"]:
+    """Unknowns that may move and that no bound stops."""
+    pressed = ((point.x <= lower) & (point.gradient > 0)) | ((point.x >= upper) & (point.gradient < 0))
+    return jnp.asarray(settings.active) & ~pressed
+
+
 def solve_bounded(
     point: Point, lower: Float[Array, " unknowns"], upper: Float[Array, " unknowns"], settings: Settings
 ) -> tuple[Float[Array, " unknowns"], Float[Array, ""]]:
     """Damped step and the cost that it promises to save; unknowns pressed against a bound stay there."""
-    pressed = ((point.x <= lower) & (point.gradient > 0)) | ((point.x >= upper) & (point.gradient < 0))
-    free = settings.active & ~pressed
+    free = free_unknowns(point, lower, upper, settings)
     gradient = jnp.where(free, point.gradient, 0.0)
     hessian = jnp.where(free[:, None] & free[None, :], point.hessian, 0.0)
     diagonal = jnp.where(free, jnp.diagonal(hessian), 1.0)
@@ -133,6 +140,31 @@ def blank_prediction(problem: Problem, unknowns: int) -> Prediction:
     samples = problem.measured.shape[0]
     return Prediction(
         jnp.zeros((samples, 6)), jnp.zeros((samples, 4)), jnp.zeros((samples, 3)), jnp.zeros((samples, 3, unknowns))
+    )
+
+
+def unevaluated(
+    problem: Problem,
+    x: Float[Array, " unknowns"],
+    reference: Float[Array, "4"],
+    weight: Float[Array, "samples 6"],
+    damping: float,
+) -> Point:
+    """A start as an infinitely bad point with a zero gradient, for the first pass of a solver's loop to evaluate.
+
+    The integration then stands in the compiled program once, not twice.
+    """
+    infinite = jnp.asarray(jnp.inf, x.dtype)
+    return Point(
+        x=x,
+        reference=reference,
+        weight=weight,
+        cost=infinite,
+        gradient=jnp.zeros_like(x),
+        hessian=jnp.eye(x.shape[0], dtype=x.dtype),
+        damping=jnp.asarray(damping, x.dtype),
+        prediction=blank_prediction(problem, x.shape[0]),
+        decrement=infinite,
     )
 
 
@@ -165,20 +197,7 @@ def levenberg_marquardt(
 ) -> Point:
     """Minimum of one start (Marquardt 1963; damping on the scaled diagonal, one evaluation a step)."""
     lower, upper = bounds
-    unknowns = x.shape[0]
-    # An infinitely bad point with a zero gradient: the first pass of the loop evaluates the start itself, so the
-    # integration stands in the compiled program once, not twice.
-    start = Point(
-        x=x,
-        reference=reference,
-        weight=weight,
-        cost=jnp.asarray(jnp.inf, x.dtype),
-        gradient=jnp.zeros(unknowns, x.dtype),
-        hessian=jnp.eye(unknowns, dtype=x.dtype),
-        damping=jnp.asarray(FIRST_DAMPING / SHRINK, x.dtype),
-        prediction=blank_prediction(problem, unknowns),
-        decrement=jnp.asarray(jnp.inf, x.dtype),
-    )
+    start = unevaluated(problem, x, reference, weight, FIRST_DAMPING / SHRINK)
 
     def unfinished(carry):
         number, point = carry

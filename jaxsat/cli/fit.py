@@ -193,8 +193,7 @@ def fit_one(
             samples = observations(prepared.session, prepared.orbit_fit, settings)
             try:
                 profiler = Profiler(profiles, settings, progress)
-                extra: dict[str, Any] = {"at_minimum": profiler} if profiles else {}
-                result = fit(samples, nominal(settings), fit_settings(settings), progress=progress, **extra)
+                result = fit(samples, nominal(settings), fit_settings(settings), progress=progress, at_minimum=profiler)
             except InputError as error:
                 raise InputError(error.reason, file=path, row=error.row, field=error.field) from None
             progress("writing results", 0, 0)

@@ -16,7 +16,7 @@ from jaxtyping import Array, Float
 from jaxsat.dynamics import AttitudeState, RigidBody
 from jaxsat.environment import OrbitTable
 from jaxsat.integrators import AdamsGrid
-from jaxsat.integrators.adams import ORDER
+from jaxsat.integrators.adams import ORDER, STABLE
 from jaxsat.integrators.adams import REACH as ADAMS_REACH
 from jaxsat.math import inverse_3x3, quaternion
 from jaxsat.simulate.on_grid import Trajectory
@@ -139,7 +139,10 @@ class _Batch:
         def attempt(step):
             return self.trajectory(self.run(pilot, step), None)
 
-        limit, first = tolerance / PILOT_MARGIN, first_reach(tolerance, ORDER, ADAMS_REACH) / float(rates[sound].max())
+        limit, first = (
+            tolerance / PILOT_MARGIN,
+            first_reach(tolerance, ORDER, ADAMS_REACH, STABLE) / float(rates[sound].max()),
+        )
         first = min(first, longest_step(self.times, self.start, None) / COARSER)
         step, error, _ = hold(limit, first, ORDER, self.times, self.start, attempt)
         return step, error

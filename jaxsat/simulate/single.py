@@ -53,7 +53,7 @@ def simulate(
     times = np.asarray(times, float)
     if tableau is None and not all(torque.smooth for torque in torques):
         tableau = DORMAND_PRINCE_8
-    order, reach = (ORDER, REACH) if tableau is None else (tableau.order, tableau.reach)
+    order, reach, stable = (ORDER, REACH, STABLE) if tableau is None else (tableau.order, tableau.reach, math.inf)
     rate = float(_rate(spacecraft, initial, surroundings, np.array([float(start)])))
 
     def attempt(step):
@@ -61,14 +61,14 @@ def simulate(
             return _adams_at_step(spacecraft, initial, surroundings, times, start, torques, step)
         return _at_step(spacecraft, initial, surroundings, times, start, torques, tableau or DORMAND_PRINCE_8, step)
 
-    first = min(first_reach(tolerance, order, reach) / rate, longest_step(times, start, tableau) / COARSER)
+    first = min(first_reach(tolerance, order, reach, stable) / rate, longest_step(times, start, tableau) / COARSER)
     _, error, motion = hold(tolerance, first, order, times, start, attempt)
     return dataclasses.replace(motion, error=error)
 
 
-def first_reach(tolerance: float, order: int, reach: float) -> float:
-    """Step times rate to try first; a multistep method of high order is unstable beyond."""
-    return min(reach * tolerance ** (1.0 / order), STABLE) if order == ORDER else reach * tolerance ** (1.0 / order)
+def first_reach(tolerance: float, order: int, reach: float, stable: float) -> float:
+    """Step times rate to try first; the method is unstable beyond `stable`."""
+    return min(reach * tolerance ** (1.0 / order), stable)
 
 
 def longest_step(times: np.ndarray, start: float, tableau: Tableau | None) -> float:

@@ -58,7 +58,7 @@ def fake_fit(monkeypatch):
     """Puts a stand-in in the place of the solver; returns a dict whose entries change the result it gives."""
     changes: dict = {}
 
-    def fit(observations, nominal, settings, *, progress):
+    def fit(observations, nominal, settings, *, progress, at_minimum):
         progress("arc 1", 1, 2)
         if "error" in changes:
             raise changes["error"]

@@ -163,3 +163,19 @@ def test_left_out_samples_are_counted(minimum):
     limited[0, 3:6] = True
     result = minimum.summarize(dataclasses.replace(minimum.refined, limited=limited))
     assert "3 samples left out" in result.message and result.limited.sum() == 3
+
+
+@pytest.mark.parametrize(("dimmed", "status"), [(False, "not_converged"), (True, "converged")])
+def test_samples_left_out_must_be_dim(minimum, dimmed, status):
+    """A limited charge current only takes away: leaving out samples as bright as modelled hides a wrong model."""
+    limited = np.zeros_like(minimum.refined.limited)
+    limited[0, np.flatnonzero(minimum.truth["lit"])[:8]] = True
+    points = minimum.refined.points
+    # Twice the light of which the panels gave the measured half.
+    more = np.asarray(minimum.problem.measured) / float(minimum.problem.noise) * (dimmed * limited[0])[:, None]
+    points = eqx.tree_at(lambda p: p.prediction.residual, points, points.prediction.residual + more)
+    points = eqx.tree_at(lambda p: p.weight, points, np.where(limited[..., None], 0.0, points.weight))
+    refined = Refined(points, minimum.refined.score, limited, minimum.refined.hopeless)
+    found = minimum.summarize(refined)
+    assert found.status == status
+    assert ("no limited current dims them" in found.message) is not dimmed
