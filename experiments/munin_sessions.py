@@ -114,7 +114,7 @@ def settings_at_truth(truth: dict, free: str, *, blind: bool) -> dict[str, objec
 
     Where magnet and inertia are both free the common scale is the truth's |magnet|; `blind` gives nothing away but it.
     """
-    from fitting.parameters import parse_free
+    from fitting.names import parse_free
 
     cfg = truth["cfg"]
     names = parse_free(free)

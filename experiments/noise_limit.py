@@ -24,8 +24,9 @@ def main() -> None:
     arguments = parser.parse_args()
     jax.config.update("jax_enable_x64", True)
 
+    from fitting.names import parse_free
     from fitting.observations import build_problem
-    from fitting.parameters import PriorSigma, parametrization, parse_free
+    from fitting.parameters import PriorSigma, parametrization
     from fitting.problem import RATE_UNIT, predict
     from jaxsat.cli.config import load_config
     from jaxsat.cli.inputs import nominal, observations

@@ -12,7 +12,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from fitting.parameters import MODEL, STATE, Parametrization, build_model
+from fitting.names import MODEL, STATE
+from fitting.parameters import Parametrization, build_model
 from fitting.problem import Problem
 from fitting.refine import PLAIN, Refined, candidates
 from fitting.solvers.least_squares import Point

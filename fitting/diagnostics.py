@@ -13,7 +13,7 @@ from scipy.special import chdtrc, ndtr
 
 from fitting.result import FitResult
 from jaxsat.errors import InputError
-from jaxsat.spacecraft import PANEL_NAMES
+from jaxsat.panel_names import PANEL_NAMES
 
 LAGS = 10
 """Longest lag of the portmanteau test [samples]; a fifth of the residuals where they are few."""

@@ -15,7 +15,7 @@ from fitting.parameters import Nominal, Parametrization, PriorSigma, parametriza
 from fitting.problem import RATE_UNIT, Problem
 from fitting.refine import Refined, candidates, refine
 from fitting.result import FitResult
-from fitting.solvers.multi_start import Progress, Starts, compile_solver, grow
+from fitting.solvers.multi_start import Progress, Starts, compile_solvers, grow
 from fitting.solvers.schedule import FIRST_ARC_LIT, arc_schedule
 from fitting.starts import first_guesses
 from fitting.summary import describe, summarize
@@ -44,6 +44,8 @@ class FitSettings:
     """Longest integration step; shorter ones are taken where the rate asks for them."""
     likelihood: str = "mixture"
     """One of `fitting.refine.LIKELIHOODS`: what may be wrong with a sample, as a limited charge current."""
+    solver: str = "levenberg_marquardt"
+    """One of `fitting.solvers.chunk.EVALUATIONS`, for the last steps; arcs grow by Levenberg-Marquardt."""
     prior: PriorSigma = PriorSigma()
     adaptive: AdaptiveRules | None = None
     """In place of the likelihood: the weights of Penkov et al. 2009."""
@@ -85,7 +87,8 @@ def fit(
     tabulated = time.perf_counter()
     # The solver compiles on one core while the first guesses are traced on the other.
     progress("compiling", 0, 1)
-    compilation = compile_solver(coarse, parameters)
+    schedule = arc_schedule(bright & sunlit, len(observations.t) - 1, settings.free)
+    compile_solvers(coarse, parameters, schedule, settings.solver)
     describe.compile(coarse, parameters, np.zeros(len(parameters.free)), np.zeros((len(coarse.valid), 4)))
 
     use = np.repeat(np.asarray(coarse.valid).astype(float)[:, None], 6, axis=1)
@@ -104,18 +107,16 @@ def fit(
     x = np.zeros((len(attitude), len(parameters.names)))
     x[:, 3:6] = np.asarray(rate) / RATE_UNIT
     starts = Starts(x, np.asarray(attitude), np.zeros(len(x)))
-    if compilation is not None:
-        compilation.result()
     compiled = time.perf_counter()
 
-    schedule = arc_schedule(bright & sunlit, len(observations.t) - 1, settings.free)
     survivors = grow(coarse, parameters, schedule, starts, use, progress)
     # The spin of the survivors, with room for the swing of the magnet in the field; nonsense may spin without limit.
     fastest = RATE_UNIT * float(np.linalg.norm(survivors.x[candidates(survivors.cost), 3:6], axis=1).max())
     step = min(settings.step_s, step_for(RK4, min(1.3 * fastest + 1e-3, 2.0 * max_rate), duration, FINE_TOLERANCE))
     fine = build_problem(observations, noise=noise, max_step=step)
     if settings.adaptive is None:
-        refined = refine(fine, parameters, survivors, use, likelihood=settings.likelihood, progress=progress)
+        how = {"likelihood": settings.likelihood, "solver": settings.solver}
+        refined = refine(fine, parameters, survivors, use, **how, progress=progress)
     else:
         rules, radius = settings.adaptive, observations.earth_radius
         refined = refine_adaptively(fine, parameters, survivors, use, rules, radius, progress)

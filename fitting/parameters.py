@@ -5,81 +5,36 @@ of each free parameter from its nominal value in units of its prior sigma; the a
 in body axes, so it has no entry of its own beyond that shift.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from fitting.names import ALBEDO, GAINS, INERTIA, MAGNET, MODEL, NAMED, POLAR, RODS, STATE, TILTS
+from fitting.transforms import (
+    dipole_from_polar,
+    inertia_shift,
+    physical_inertia,
+    polar_from_dipole,
+    second_moment_root,
+)
 from jaxsat.errors import InputError
 from jaxsat.sensors.solar_panels import Albedo
-from jaxsat.spacecraft import PANEL_NAMES, MagneticRods, SolarPanels, Spacecraft, box_normals, symmetric_tensor
+from jaxsat.spacecraft import MagneticRods, SolarPanels, Spacecraft, box_normals, symmetric_tensor, tilted
 
-STATE = ("attitude.x", "attitude.y", "attitude.z", "rate.x", "rate.y", "rate.z")
-MAGNET = ("magnet.x", "magnet.y", "magnet.z")
-RODS = ("rods.y", "rods.z")
-INERTIA = ("inertia.xx", "inertia.yy", "inertia.zz", "inertia.xy", "inertia.xz", "inertia.yz")
-GAINS = tuple(f"gains.{panel}" for panel in PANEL_NAMES)
-ALBEDO = ("albedo.specular", "albedo.diffuse")
-
-DYNAMIC = MAGNET + RODS + INERTIA
-"""Parameters that move the satellite."""
-SENSOR = ("imax", *GAINS, *ALBEDO)
-"""Parameters that only change what its panels report: they need no sensitivity through the integration."""
-MODEL = DYNAMIC + SENSOR
-
-GROUPS = {
-    "state": STATE,
-    "magnet": MAGNET,
-    "rods": RODS,
-    "imax": ("imax",),
-    "gains": GAINS,
-    "inertia": INERTIA,
-    "albedo": ALBEDO,
-}
-CLASSIC = {
-    "als": (),
-    "alsi0": ("magnet",),
-    "alsi23": ("rods",),
-    "alsimax": ("imax",),
-    "alsj": ("inertia",),
-    "alsi0j": ("magnet", "inertia"),
-}
-"""The programs of Penkov et al. 2009, sec. 2.2, by lower-case name; the scans print I0 as IO or 10."""
-
-UNITS = {
-    **dict.fromkeys(("attitude.x", "attitude.y", "attitude.z"), "deg"),
-    **dict.fromkeys(("rate.x", "rate.y", "rate.z"), "deg/s"),
-    **dict.fromkeys(MAGNET + RODS, "A m2"),
-    **dict.fromkeys(INERTIA, "kg m2"),
-    **dict.fromkeys(GAINS + ALBEDO, "1"),
-    "imax": "mA",
-}
-TO_UNIT = {**dict.fromkeys(STATE, float(np.degrees(1.0))), "imax": 1e3}
-"""Factors from SI to the unit of the name; 1 where absent."""
+MAX_ELEVATION = np.radians(80.0)
+"""Highest elevation of a nominal dipole that angles may describe."""
 
 
-def parse_free(text: str | list[str] | tuple[str, ...]) -> tuple[str, ...]:
-    """Names of the free model parameters (the state is always free and not listed), in the order of `MODEL`.
+def _place(names: tuple[str, ...]) -> slice:
+    """Where a group stands in the vector of the model."""
+    return slice(MODEL.index(names[0]), MODEL.index(names[-1]) + 1)
 
-    `text` lists groups (`state,magnet,rods,imax,gains,inertia,albedo`), classic program names (`als`, `alsI0`, ...)
-    and single parameters (`albedo.specular`), in any mixture. Raises ValueError naming the first unknown item.
-    """
-    items = text.split(",") if isinstance(text, str) else list(text)
-    chosen: set[str] = set()
-    for item in (part.strip() for part in items):
-        classic = CLASSIC.get(item.lower().replace("sio", "si0").replace("s10", "si0"))
-        if classic is not None:
-            chosen.update(name for group in classic for name in GROUPS[group])
-        elif item in GROUPS:
-            chosen.update(GROUPS[item])
-        elif item in MODEL or item in STATE:
-            chosen.add(item)
-        else:
-            known = ", ".join([*GROUPS, "als", "alsI0", "alsI23", "alsImax", "alsJ", "alsI0J"])
-            raise ValueError(f"unknown free parameter {item!r}; expected any of {known} or a single name as {MODEL[0]}")
-    return tuple(name for name in MODEL if name in chosen)
+
+MAGNET_SLICE, RODS_SLICE, INERTIA_SLICE = _place(MAGNET), _place(RODS), _place(INERTIA)
+GAINS_SLICE, TILTS_SLICE = _place(GAINS), _place(TILTS)
 
 
 @dataclass(frozen=True)
@@ -95,6 +50,7 @@ class PriorSigma:
     inertia_relative: float = 0.15
     """Of the mean moment of inertia, for each of the six components."""
     albedo: float = 0.5
+    tilts_deg: float = 2.0
 
 
 @dataclass(frozen=True)
@@ -115,21 +71,30 @@ class Nominal:
     """[6] +x -x +y -y +z -z."""
     albedo: np.ndarray
     """[2] specular, diffuse."""
+    tilts: np.ndarray = field(default_factory=lambda: np.zeros(len(TILTS)))
+    """[12] turns of the panels +x -x +y -y +z -z off their places, as `TILTS` names them [rad]."""
 
     def vector(self) -> np.ndarray:
         """Values in the order of `MODEL`."""
-        parts = [self.magnet, self.rods, self.inertia, [self.max_current], self.gains, self.albedo]
+        parts = [self.magnet, self.rods, self.inertia, [self.max_current], self.gains, self.albedo, self.tilts]
         return np.concatenate([np.asarray(part, dtype=float) for part in parts])
 
 
 class Parametrization(eqx.Module):
-    """Map between the solver's `x` and the model; `free` is static, so each choice of it is one program."""
+    """Map between the solver's `x` and the model; `free` is static, so each choice of it is one program.
 
-    nominal: Float[Array | np.ndarray, " model"]
-    scale: Float[Array | np.ndarray, " model"]
-    lower: Float[Array | np.ndarray, " model"]
-    upper: Float[Array | np.ndarray, " model"]
+    Arrays over `NAMED`. An inertia that is free as a whole stays that of a body (`transforms.physical_inertia`); what
+    else has a limit is held by bounds, which a minimum may touch: a rod or an albedo of exactly zero is a good answer.
+    """
+
+    nominal: Float[Array | np.ndarray, " named"]
+    scale: Float[Array | np.ndarray, " named"]
+    lower: Float[Array | np.ndarray, " named"]
+    upper: Float[Array | np.ndarray, " named"]
     reference_field: Float[Array | np.ndarray, ""]
+    inertia_root: Float[Array | np.ndarray, "3 3"]
+    """`transforms.second_moment_root` of the nominal inertia."""
+    inertia_root_inverse: Float[Array | np.ndarray, "3 3"]
     free: tuple[str, ...] = eqx.field(static=True)
 
     @property
@@ -138,12 +103,18 @@ class Parametrization(eqx.Module):
         return STATE + self.free
 
     @property
+    def polar(self) -> bool:
+        """Whether the dipole moves by its modulus and angles."""
+        return bool(set(POLAR) & set(self.free))
+
+    @property
     def gauged(self) -> bool:
         """Whether the common scale of inertia, magnet and rods is fixed by the magnet's modulus.
 
         It is also where rods that are not free give the scale away: their torque is too weak to say it well.
         """
-        return set(MAGNET + INERTIA) <= set(self.free)
+        free = set(self.free)
+        return set(INERTIA) <= free and (set(MAGNET) <= free or POLAR[0] in free)
 
     @property
     def gains_gauged(self) -> bool:
@@ -151,22 +122,44 @@ class Parametrization(eqx.Module):
         return "imax" in self.free and set(GAINS) <= set(self.free)
 
     def indices(self) -> np.ndarray:
-        """Positions of the free parameters in `MODEL`."""
-        return np.array([MODEL.index(name) for name in self.free], dtype=int)
+        """Positions of the free parameters in `NAMED`."""
+        return np.array([NAMED.index(name) for name in self.free], dtype=int)
 
     def values(self, x_model: Float[Array, " free"]) -> Float[Array, " model"]:
         """Physical values of all model parameters, SI. Differentiable."""
         index = self.indices()
-        full = jnp.asarray(self.nominal)
+        nominal = jnp.asarray(self.nominal)
+        shift = jnp.zeros_like(nominal)
         if len(index):
-            full = full.at[index].add(jnp.asarray(self.scale)[index] * x_model)
+            shift = shift.at[index].set(jnp.asarray(self.scale)[index] * x_model)
+        full = (nominal + shift)[: len(MODEL)]
+        if self.polar:
+            full = full.at[MAGNET_SLICE].set(dipole_from_polar((nominal + shift)[len(MODEL) :]))
+        if set(INERTIA) <= set(self.free):
+            root, inverse = jnp.asarray(self.inertia_root), jnp.asarray(self.inertia_root_inverse)
+            full = full.at[INERTIA_SLICE].set(physical_inertia(root, inverse, shift[INERTIA_SLICE]))
         if self.gauged:
             # (inertia, magnet, rods) -> c (inertia, magnet, rods) leaves the motion as it is: hold |magnet|.
-            modulus = jnp.sqrt(jnp.sum(jnp.asarray(self.nominal)[:3] ** 2))
-            full = full.at[:3].multiply(modulus / jnp.sqrt(jnp.sum(full[:3] ** 2)))
+            modulus = jnp.sqrt(jnp.sum(nominal[MAGNET_SLICE] ** 2))
+            full = full.at[MAGNET_SLICE].multiply(modulus / jnp.sqrt(jnp.sum(full[MAGNET_SLICE] ** 2)))
         if self.gains_gauged:
-            full = full.at[12:18].multiply(jnp.mean(jnp.asarray(self.nominal)[12:18]) / jnp.mean(full[12:18]))
+            mean = jnp.mean(full[GAINS_SLICE])
+            full = full.at[GAINS_SLICE].multiply(jnp.mean(nominal[GAINS_SLICE]) / mean)
         return full
+
+    def named(self, x_model: Float[Array, " free"]) -> Float[Array, " named"]:
+        """The same, followed by modulus and angles of the dipole. Differentiable."""
+        values = self.values(x_model)
+        return jnp.concatenate([values, polar_from_dipole(values[MAGNET_SLICE])])
+
+    def shifts(self, values: np.ndarray) -> np.ndarray:
+        """[free] the `x_model` that gives the `values` [model], on the host; where scales are gauged, their ratios."""
+        values = np.asarray(values, dtype=float)
+        polar = np.asarray(polar_from_dipole(jnp.asarray(values[MAGNET_SLICE])))
+        shift = np.concatenate([values, polar]) - np.asarray(self.nominal)
+        if set(INERTIA) <= set(self.free):
+            shift[INERTIA_SLICE] = inertia_shift(np.asarray(self.inertia_root), values[INERTIA_SLICE])
+        return (shift / np.asarray(self.scale))[self.indices()]
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest `x` of the solver's unknowns; the state is unbounded."""
@@ -180,28 +173,42 @@ class Parametrization(eqx.Module):
 def parametrization(nominal: Nominal, free: tuple[str, ...], prior: PriorSigma) -> Parametrization:
     """Scales, bounds and gauge for a set of free parameters.
 
-    Raises `InputError` where the magnet's modulus has to hold the gauge and is zero.
+    Raises `InputError` where the magnet's modulus has to hold the gauge and is zero, and where the nominal dipole has
+    no angles to start from.
     """
-    if set(MAGNET + INERTIA) <= set(free) and not np.linalg.norm(nominal.magnet) > 0.0:
+    modulus = float(np.linalg.norm(nominal.magnet))
+    if set(INERTIA) <= set(free) and set(MAGNET) <= set(free) and not modulus > 0.0:
         raise InputError("magnet and inertia are both free: a nominal |magnet| above 0 must hold their common scale")
+    polar = np.asarray(polar_from_dipole(jnp.asarray(nominal.magnet, dtype=float)))
+    if set(POLAR) & set(free) and not (modulus > 0.0 and abs(polar[2]) < MAX_ELEVATION):
+        raise InputError(
+            f"the dipole's angles are free: its nominal modulus must be above 0 and its elevation within "
+            f"{np.degrees(MAX_ELEVATION):.0f} deg, or free the group magnet, the vector"
+        )
     mean_inertia = float(np.mean(np.asarray(nominal.inertia)[:3]))
     sigma = {
-        **dict.fromkeys(MAGNET, prior.magnet),
+        **dict.fromkeys((*MAGNET, POLAR[0]), prior.magnet),
+        **dict.fromkeys(POLAR[1:], prior.magnet / modulus if modulus > 0.0 else np.pi),
         **dict.fromkeys(RODS, prior.rods),
         **dict.fromkeys(INERTIA, prior.inertia_relative * mean_inertia),
         "imax": prior.imax_relative * nominal.max_current,
         **dict.fromkeys(GAINS, prior.gains),
         **dict.fromkeys(ALBEDO, prior.albedo),
+        **dict.fromkeys(TILTS, float(np.radians(prior.tilts_deg))),
     }
-    lower = dict.fromkeys(RODS + ALBEDO, 0.0) | dict.fromkeys(GAINS, 0.0) | {"imax": 0.05 * nominal.max_current}
-    lower |= dict.fromkeys(INERTIA[:3], 0.05 * mean_inertia)
+    lower = dict.fromkeys((*RODS, *ALBEDO, *GAINS, POLAR[0]), 0.0) | {"imax": 0.05 * nominal.max_current}
+    if not set(INERTIA) <= set(free):
+        lower |= dict.fromkeys(INERTIA[:3], 0.05 * mean_inertia)
     upper: dict[str, float] = dict.fromkeys(ALBEDO, 1.5)
+    root = second_moment_root(nominal.inertia)
     return Parametrization(
-        nominal=nominal.vector(),
-        scale=np.array([sigma[name] for name in MODEL]),
-        lower=np.array([lower.get(name, -np.inf) for name in MODEL]),
-        upper=np.array([upper.get(name, np.inf) for name in MODEL]),
+        nominal=np.concatenate([nominal.vector(), polar]),
+        scale=np.array([sigma[name] for name in NAMED]),
+        lower=np.array([lower.get(name, -np.inf) for name in NAMED]),
+        upper=np.array([upper.get(name, np.inf) for name in NAMED]),
         reference_field=np.asarray(nominal.reference_field, dtype=float),
+        inertia_root=root,
+        inertia_root_inverse=np.linalg.inv(root),
         free=free,
     )
 
@@ -209,9 +216,12 @@ def parametrization(nominal: Nominal, free: tuple[str, ...], prior: PriorSigma) 
 def build_model(values: Float[Array, " model"], reference_field: Float[Array, ""]) -> tuple[Spacecraft, Albedo]:
     """The satellite and the Earth's reflectivity from values in the order of `MODEL`, SI."""
     spacecraft = Spacecraft(
-        inertia=symmetric_tensor(values[5:11]),
-        magnet=values[0:3],
-        rods=MagneticRods(values[3:5], jnp.eye(3, dtype=values.dtype)[1:], reference_field),
-        panels=SolarPanels(box_normals(), values[11], values[12:18]),
+        inertia=symmetric_tensor(values[INERTIA_SLICE]),
+        magnet=values[MAGNET_SLICE],
+        rods=MagneticRods(values[RODS_SLICE], jnp.eye(3, dtype=values.dtype)[1:], reference_field),
+        panels=SolarPanels(
+            tilted(box_normals(), values[TILTS_SLICE].reshape(6, 2)), values[MODEL.index("imax")], values[GAINS_SLICE]
+        ),
     )
-    return spacecraft, Albedo(values[18], values[19])
+    specular, diffuse = (values[MODEL.index(name)] for name in ALBEDO)
+    return spacecraft, Albedo(specular, diffuse)

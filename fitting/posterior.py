@@ -14,7 +14,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Key
 
-from fitting.parameters import RODS, STATE, TO_UNIT, UNITS, Parametrization
+from fitting.names import RODS, STATE, TO_UNIT, UNITS
+from fitting.parameters import Parametrization
 from fitting.problem import RATE_UNIT, Problem, predict
 from fitting.refine import PLAIN, Refined
 from fitting.solvers.least_squares import Settings, normal_equations

@@ -6,7 +6,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from fitting.parameters import DYNAMIC, STATE, Parametrization, build_model
+from fitting.names import DYNAMIC, STATE
+from fitting.parameters import Parametrization, build_model
 from jaxsat.dynamics import AttitudeState
 from jaxsat.environment import LightTable, OrbitTable
 from jaxsat.integrators import BLOCK, StepGrid

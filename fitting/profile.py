@@ -13,7 +13,8 @@ import jax
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from fitting.parameters import GAINS, MAGNET, MODEL, RODS, STATE, TO_UNIT, UNITS, Parametrization
+from fitting.names import GAINS, MAGNET, NAMED, RODS, STATE, TO_UNIT, UNITS
+from fitting.parameters import Parametrization
 from fitting.problem import RATE_UNIT, Problem
 from fitting.profile_walk import Held, Step, walk
 from fitting.refine import Refined
@@ -141,7 +142,7 @@ def profile_all(
 
 def check_profile(parameters: Parametrization, name: str) -> None:
     """Raises `InputError` unless `name` is one of the fit's unknowns."""
-    if name not in (*STATE, *MODEL):
+    if name not in (*STATE, *NAMED):
         raise InputError(f"unknown parameter {name!r}; expected a single name such as {', '.join(parameters.names)}")
     if name not in parameters.names:
         raise InputError(f"{name} is not free in this fit and has no profile; free are {', '.join(parameters.names)}")
@@ -223,7 +224,7 @@ def _value(problem: Problem, parameters: Parametrization, name: str, origin: np.
         value = step.x[k] * RATE_UNIT
     else:
         values, *_ = describe(problem, parameters, step.x[len(STATE) :], step.attitude)
-        value = float(np.asarray(values)[MODEL.index(name)])
+        value = float(np.asarray(values)[NAMED.index(name)])
     return float(value) * TO_UNIT.get(name, 1.0) * _quoted(parameters, name)
 
 

@@ -76,10 +76,12 @@ def refine(
     *,
     likelihood: str,
     progress: Progress,
+    solver: str = Stage.solver,
 ) -> Refined:
     """Refines the best survivors on the problem's own grid, and ranks the minima by one truncated cost.
 
-    `weight` [samples 6] is that of the currents; `likelihood` one of `LIKELIHOODS`.
+    `weight` [samples 6] is that of the currents; `likelihood` one of `LIKELIHOODS`, `solver` of
+    `chunk.EVALUATIONS`.
     """
     chosen = survivors.take(candidates(survivors.cost))
     count = len(chosen.cost)
@@ -93,7 +95,7 @@ def refine(
         progress("refining", number, rounds)
         return solve(problem, parameters, stage, x, reference, weight)
 
-    points = run(0, Stage(last, count, 12, ROBUST_SCALE, everything), chosen.x, chosen.reference, weight)
+    points = run(0, Stage(last, count, 12, ROBUST_SCALE, everything, solver=solver), chosen.x, chosen.reference, weight)
     limited = np.zeros(weight.shape[:2], bool)
     hopeless = np.zeros(count, bool)
     used = (weight > 0).any(axis=2)
@@ -103,7 +105,7 @@ def refine(
             limited = (_sample_squares(points, weight) > SAMPLE_LIMIT) & used
             hopeless = limited.sum(axis=1) > MAX_LEFT_OUT * bright.sum(axis=1)
             limited &= ~hopeless[:, None]
-        stage = Stage(last, count, 15, PLAIN, everything, share.tail, share.ceiling)
+        stage = Stage(last, count, 15, PLAIN, everything, share.tail, share.ceiling, solver=solver)
         kept = np.where(limited[..., None], 0.0, weight)
         points = run(number, stage, np.asarray(points.x), np.asarray(points.reference), kept)
     x, reference = np.asarray(points.x), np.asarray(points.reference)

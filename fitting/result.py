@@ -4,6 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from fitting.null_space import Direction
+
 CONVERGED, NOT_CONVERGED, AMBIGUOUS = "converged", "not_converged", "ambiguous"
 
 
@@ -32,7 +34,7 @@ class FitResult:
     residual_rms_mA: float
     parameters: tuple[FittedParameter, ...]
     gauge: str | None
-    """Which combination was fixed because the data cannot see it; None where nothing was."""
+    """Which combinations were fixed because the data cannot see them; None where nothing was."""
     correlations: dict[str, dict[str, float]]
     """Between free parameters, state included (`attitude.x` ... `rate.z`), each pair once."""
     t_s: np.ndarray
@@ -60,4 +62,6 @@ class FitResult:
     """[time] outside the Earth's shadow."""
     alternatives: tuple[dict, ...] = ()
     """Other minima found: chi2 and attitude distance to the best one."""
+    unseen: tuple[Direction, ...] = ()
+    """Combinations of which the data say nothing, or less than the priors."""
     timing_s: dict[str, float] = field(default_factory=dict)

@@ -5,7 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from fitting.parameters import MAGNET, MODEL, RODS, STATE, TO_UNIT, UNITS, Parametrization, build_model
+from fitting.names import MAGNET, MODEL, NAMED, POLAR, RODS, STATE, TILTS, TO_UNIT, UNITS
+from fitting.null_space import gauge_text, unseen_directions
+from fitting.parameters import Parametrization, build_model
 from fitting.problem import RATE_UNIT, Problem
 from fitting.refine import Refined
 from fitting.result import AMBIGUOUS, CONVERGED, NOT_CONVERGED, FitResult, FittedParameter
@@ -41,14 +43,14 @@ DIFFERENT_ATTITUDE_DEG = 3.0
 def _describe(
     problem: Problem, parameters: Parametrization, x_model: Float[Array, " free"], q: Float[Array, "samples 4"]
 ) -> tuple[Array, ...]:
-    """Values of the model and their derivatives by `x_model`; direct currents, field and its angle to x at samples."""
-    values = parameters.values(x_model)
-    spacecraft, _ = build_model(values, jnp.asarray(parameters.reference_field))
+    """Named values and their derivatives by `x_model`; direct currents, field and its angle to x at samples."""
+    named = parameters.named(x_model)
+    spacecraft, _ = build_model(named[: len(MODEL)], jnp.asarray(parameters.reference_field))
     direct = jax.vmap(lambda q, light: direct_currents(q, spacecraft.panels, light))(q, problem.light)
     field_eci = problem.orbit.b_field_eci[jnp.asarray(problem.grid.sample_node)]
     field_body = jax.vmap(quaternion.rotate_inverse)(q, field_eci)
     x_axis = jnp.broadcast_to(jnp.array([1.0, 0.0, 0.0]), field_body.shape)
-    return values, jax.jacfwd(parameters.values)(x_model), direct, field_body, angle_between(x_axis, field_body)
+    return named, jax.jacfwd(parameters.named)(x_model), direct, field_body, angle_between(x_axis, field_body)
 
 
 describe = Stored(_describe, lambda: (0.0,) * 5)
@@ -94,19 +96,15 @@ def summarize(
         name: "held by its prior"
         for name, share in zip(names, held, strict=True)
         # Along the gauge the prior holds nothing but a number without meaning.
-        if share > 0.5 and name not in notes and not (parameters.gauged and name in MAGNET)
+        if share > 0.5 and name not in notes and not (parameters.gauged and name in MAGNET + POLAR)
     }
-    gauges = []
-    if parameters.gauged:
-        modulus = float(np.linalg.norm(values[:3]))
-        scaled = "inertia, magnet and rods" if set(RODS) <= set(parameters.free) else "inertia and magnet"
-        gauges.append(f"common scale of {scaled} fixed by |magnet| = {modulus:.6g} A m2")
-    if parameters.gains_gauged:
-        gauges.append(f"common scale of gains and imax fixed by the mean gain = {values[12:18].mean():.6g}")
+    unseen = unseen_directions(parameters, best.hessian, ~at_bound, values[: len(MODEL)])
 
     table = []
-    for name, value in zip(MODEL, values, strict=True):
-        free = name in parameters.free
+    for name, value in zip(NAMED, values, strict=True):
+        free = name in parameters.free or (name in MAGNET and parameters.polar)
+        if not free and (name in POLAR or (name in TILTS and value == 0.0)):
+            continue
         # At a bound there is no sigma: the data would have it beyond.
         known = free and 0.0 < sigma[name] < np.inf
         quoted = QUOTED_FIELD / float(parameters.reference_field) if name in RODS else 1.0
@@ -141,7 +139,7 @@ def summarize(
         dof=dof,
         residual_rms_mA=rms,
         parameters=tuple(table),
-        gauge="; ".join(gauges) or None,
+        gauge=gauge_text(unseen),
         correlations=correlations(all_names, physical, set(names)),
         t_s=t,
         quaternion_inertial_from_body=prediction.quaternion[:n],
@@ -155,6 +153,7 @@ def summarize(
         weight=(informative * best.weight)[:n],
         limited=refined.limited[0][:n],
         lit=problem.sunlit()[:n],
+        unseen=unseen,
         alternatives=alternatives,
     )
 

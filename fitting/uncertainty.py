@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fitting.parameters import MODEL, STATE, TO_UNIT
+from fitting.names import NAMED, STATE, TO_UNIT
 from fitting.problem import RATE_UNIT
 
 
@@ -26,15 +26,15 @@ def covariance(information: np.ndarray, free: np.ndarray) -> np.ndarray:
 
 
 def physical_covariance(values_jacobian: np.ndarray, cov: np.ndarray) -> tuple[list[str], np.ndarray]:
-    """Names (state, then all of `MODEL`) and covariance of their values in the units of the names.
+    """Names (state, then all of `NAMED`) and covariance of their values in the units of the names.
 
-    `values_jacobian` [model free] is that of `Parametrization.values` at the minimum; where the gauge holds the
+    `values_jacobian` [named free] is that of `Parametrization.named` at the minimum; where the gauge holds the
     magnet's modulus, its projection is in it.
     """
-    full = np.zeros((len(STATE) + len(MODEL), len(cov)))
+    full = np.zeros((len(STATE) + len(NAMED), len(cov)))
     full[: len(STATE), : len(STATE)] = np.diag([1.0] * 3 + [RATE_UNIT] * 3)
     full[len(STATE) :, len(STATE) :] = values_jacobian
-    names = [*STATE, *MODEL]
+    names = [*STATE, *NAMED]
     full *= np.array([TO_UNIT.get(name, 1.0) for name in names])[:, None]
     finite = np.isfinite(np.diagonal(cov))
     result = full[:, finite] @ cov[np.ix_(finite, finite)] @ full[:, finite].T

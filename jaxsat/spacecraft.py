@@ -6,21 +6,27 @@ Every number is a leaf.
 from collections.abc import Sequence
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxsat.math import float_array
+from jaxsat.math import float_array, quaternion
+from jaxsat.panel_names import TILT_AXES
 
 Real = int | float
-
-PANEL_NAMES = ("+x", "-x", "+y", "-y", "+z", "-z")
-"""Natural order of the panels of a box, and of the rows of `box_normals()`."""
 
 
 def box_normals() -> Float[Array, "6 3"]:
     """Outward normals of a box's faces in body axes, in the order of `PANEL_NAMES`."""
     return jnp.array([[1.0, 0, 0], [-1.0, 0, 0], [0, 1.0, 0], [0, -1.0, 0], [0, 0, 1.0], [0, 0, -1.0]])
+
+
+def tilted(normals: Float[Array, "6 3"], angles: Float[Array, "6 2"]) -> Float[Array, "6 3"]:
+    """Normals of a box's panels, each turned by the rotation vector with its two `angles` [rad] on its `TILT_AXES`."""
+    axes = np.array([[np.eye(3)["xyz".index(name)] for name in pair] for pair in TILT_AXES])
+    turns = quaternion.from_rotation_vector(jnp.einsum("pk,pkc->pc", angles, axes.astype(angles.dtype)))
+    return jax.vmap(quaternion.rotate)(turns, normals)
 
 
 class MagneticRods(eqx.Module):

@@ -4,8 +4,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from jaxsat.panel_names import PANEL_NAMES
 from jaxsat.spacecraft import (
-    PANEL_NAMES,
     HysteresisRods,
     MagneticRods,
     SolarPanels,

@@ -10,8 +10,9 @@ import numpy as np
 from generate import MAX_SPIN_DEG_S, regime_of, session_file
 
 from fitting.fit import FINE_TOLERANCE, FitSettings
+from fitting.names import DYNAMIC, GAINS, MAGNET, MODEL, TILTS, TO_UNIT
 from fitting.observations import Observations, build_problem
-from fitting.parameters import DYNAMIC, GAINS, MAGNET, MODEL, TO_UNIT, Nominal, parametrization
+from fitting.parameters import Nominal, parametrization
 from fitting.problem import RATE_UNIT, Problem
 from fitting.refine import refine
 from fitting.result import FitResult
@@ -69,7 +70,13 @@ def true_values(cfg: dict[str, Any], given: Nominal) -> dict[str, float]:
     mean_gain = float(np.mean(cfg["panel_ratio"]))
     dynamic = [*cfg["magnet"], *cfg["rods"], J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]]
     sensor = [1e-3 * cfg["imax"] * mean_gain, *(np.array(cfg["panel_ratio"]) / mean_gain)]
-    values = [*(scale * np.array(dynamic)), *sensor, cfg["albedo_specular"], cfg["albedo_diffuse"]]
+    values = [
+        *(scale * np.array(dynamic)),
+        *sensor,
+        cfg["albedo_specular"],
+        cfg["albedo_diffuse"],
+        *np.zeros(len(TILTS)),
+    ]
     return dict(zip(MODEL, map(float, values), strict=True))
 
 
@@ -99,8 +106,7 @@ def true_start(session: BlindSession, t_first: float) -> tuple[np.ndarray, np.nd
     parameters = parametrization(session.nominal, session.settings.free, session.settings.prior)
     values = true_values(session.truth["cfg"], session.nominal)
     q, w = np.array(session.truth["q"][k]), np.array(session.truth["w"][k])
-    index = parameters.indices()
-    shift = (np.array([values[name] for name in parameters.free]) - parameters.nominal[index]) / parameters.scale[index]
+    shift = parameters.shifts(np.array([values[name] for name in MODEL]))
     lower, upper = parameters.bounds()
     return np.clip(np.concatenate([np.zeros(3), w / RATE_UNIT, shift]), lower, upper), q, w
 
@@ -164,7 +170,6 @@ def truncated_cost(session: BlindSession, result: FitResult, limit: float = 30.0
     used = (result.measured_mA.max(axis=1) > 3.0 * noise_mA) == result.lit
     squares = (((result.modelled_mA - result.measured_mA) / noise_mA) ** 2).sum(axis=1)
     parameters = parametrization(session.nominal, settings.free, settings.prior)
-    index = parameters.indices()
     value = {p.name: p.value / TO_UNIT.get(p.name, 1.0) for p in result.parameters}
-    shift = (np.array([value[name] for name in parameters.free]) - parameters.nominal[index]) / parameters.scale[index]
+    shift = parameters.shifts(np.array([value.get(name, 0.0) for name in MODEL]))
     return float(np.minimum(squares, limit)[used].sum() + shift @ shift)

@@ -23,7 +23,8 @@ def trace(number: int, cache: Path, *, hard: bool, seed: int = 0, starts: int = 
     from session import blind_session, problem_of, step_s, true_start
 
     from fitting.fit import COARSE_TOLERANCE
-    from fitting.parameters import STATE, parametrization
+    from fitting.names import STATE
+    from fitting.parameters import parametrization
     from fitting.problem import RATE_UNIT
     from fitting.solvers.multi_start import HOPELESS, Starts, advance, distinct
     from fitting.solvers.schedule import arc_schedule

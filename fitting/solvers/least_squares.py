@@ -1,7 +1,7 @@
 """Levenberg-Marquardt on exact Jacobians, robust, bounded, for many starts at once.
 
 One compiled program serves every arc length, every subset of active unknowns, every mask of samples and every
-robustness: all of these are traced. Starts run in chunks of fixed size (`CHUNK`).
+robustness: all of these are traced.
 """
 
 import equinox as eqx
@@ -10,13 +10,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from fitting.parameters import STATE, Parametrization
+from fitting.names import STATE
+from fitting.parameters import Parametrization
 from fitting.problem import Prediction, Problem, predict
-from fitting.stored import Stored, hollow
 from jaxsat.math import quaternion
-
-CHUNK = 4
-"""Starts in one call of `solve_chunk`."""
 
 FINISHED_DECREMENT = 1e-4
 """Cost below which a further step is not worth its time."""
@@ -218,21 +215,3 @@ def levenberg_marquardt(
 
     _, point = jax.lax.while_loop(unfinished, iterate, (jnp.zeros((), int), start))
     return point
-
-
-def _solve_chunk(
-    problem: Problem,
-    parameters: Parametrization,
-    settings: Settings,
-    bounds: tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]],
-    x: Float[Array, "starts unknowns"],
-    reference: Float[Array, "starts 4"],
-    weight: Float[Array, "starts samples 6"],
-) -> Point:
-    """Minima of `CHUNK` starts; every leaf of the result has the starts in front."""
-    return jax.vmap(
-        lambda x, reference, weight: levenberg_marquardt(problem, parameters, settings, bounds, x, reference, weight)
-    )(x, reference, weight)
-
-
-solve_chunk = Stored(_solve_chunk, lambda: hollow(Point, prediction=hollow(Prediction)))

@@ -5,19 +5,27 @@ every start ends in a wrong one, while over the first few minutes the basin is w
 the spread of the survivors' rates and short enough that they stay inside the basin of the next.
 """
 
+import dataclasses
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
 import jax
 import numpy as np
 
+from fitting.names import STATE
 from fitting.parameters import Parametrization
 from fitting.problem import Problem
-from fitting.solvers.least_squares import CHUNK, Point, Settings, solve_chunk
+from fitting.solvers.chunk import EVALUATIONS, solve_chunk
+from fitting.solvers.least_squares import Point, Settings
 from jaxsat.errors import InputError
 from jaxsat.integrators import BLOCK
+
+CHUNK, NARROW_CHUNK = 4, 16
+"""Starts in one call of a compiled program: with all unknowns, and with the few of the first arc."""
+ALONE = 2
+"""So many starts are not worth a chunk: each runs by itself."""
 
 HOPELESS = (5.0, 300.0)
 """A start is given up once its cost exceeds the first times the best one's plus the second.
@@ -45,6 +53,10 @@ class Stage:
     tail: float = NONE
     ceiling: float = NONE
     """As in `Settings`."""
+    narrow: bool = False
+    """The unknowns that are not active stand at their nominal values, so that they need not be there."""
+    solver: str = "levenberg_marquardt"
+    """One of `chunk.EVALUATIONS`."""
 
 
 @dataclass(frozen=True)
@@ -74,16 +86,29 @@ def solve(
 
 def advance(problem: Problem, parameters: Parametrization, stage: Stage, starts: Starts, weight: np.ndarray) -> Starts:
     """Where any number of starts end, and at what cost."""
-    points = _solve(
+    x, own, own_stage, columns = starts.x, parameters, stage, np.arange(starts.x.shape[1])
+    if stage.narrow:
+        own, columns = _narrowed(parameters, stage.active)
+        own_stage = dataclasses.replace(stage, active=stage.active[columns])
+    found, reference, cost = _solve(
         problem,
-        parameters,
-        stage,
-        starts.x,
+        own,
+        own_stage,
+        x[:, columns],
         starts.reference,
         weight,
         lambda point: (point.x, point.reference, point.cost),
     )
-    return Starts(*points)
+    x = np.array(x)
+    x[:, columns] = found
+    return Starts(x, reference, cost)
+
+
+def _narrowed(parameters: Parametrization, active: np.ndarray) -> tuple[Parametrization, np.ndarray]:
+    """The same with the active parameters alone free, and where its unknowns stand among those of all."""
+    names = [name for name, flag in zip(parameters.free, active[len(STATE) :], strict=True) if flag]
+    columns = np.array([*range(len(STATE)), *(parameters.names.index(name) for name in names)])
+    return dataclasses.replace(parameters, free=tuple(names)), columns
 
 
 def _solve(problem, parameters, stage, x, reference, weight, select: Callable[[Point], Any]) -> Any:
@@ -96,33 +121,46 @@ def _solve(problem, parameters, stage, x, reference, weight, select: Callable[[P
     count = len(x)
     inside = np.arange(weight.shape[-2]) <= stage.last_sample
     weight = np.broadcast_to(weight * inside[:, None], (count, len(inside), 6))
-    order = np.concatenate([np.arange(count), np.zeros(-count % CHUNK, dtype=int)])
-    common = (problem, parameters, _settings(problem, stage), parameters.bounds())
+    chunk = NARROW_CHUNK if stage.narrow else 1 if count <= ALONE else CHUNK
+    order = np.concatenate([np.arange(count), np.zeros(-count % chunk, dtype=int)])
+    common = (problem, parameters, stage.solver, _settings(problem, stage), parameters.bounds())
 
     def run(part):
         return jax.device_get(select(solve_chunk(*common, x[part], reference[part], weight[part])))
 
     # XLA runs a program of this size on one core and releases the GIL: two threads use two cores.
     with ThreadPoolExecutor(2) as pool:
-        points = list(pool.map(run, np.split(order, len(order) // CHUNK)))
+        points = list(pool.map(run, np.split(order, len(order) // chunk)))
     return jax.tree.map(lambda *leaves: np.concatenate(leaves)[:count], *points)
 
 
-def compile_solver(problem: Problem, parameters: Parametrization) -> Future | None:
-    """Starts the compilation of the solver for a problem's shapes in the background, see `Stored.compile`."""
-    unknowns, samples = len(parameters.names), len(problem.valid)
-    settings = _settings(problem, Stage(0, 1, 0, 1.0, np.zeros(unknowns, bool)))
-    shapes = ((CHUNK, unknowns), (CHUNK, 4), (CHUNK, samples, 6))
-    return solve_chunk.compile(
-        problem, parameters, settings, parameters.bounds(), *(np.zeros(shape) for shape in shapes)
-    )
+def compile_solvers(problem: Problem, parameters: Parametrization, schedule: list[Stage], solver: str) -> None:
+    """Starts the compilation of the programs that growing arcs and refinement by `solver` need, in that order.
+
+    In the background, see `Stored.compile`.
+    """
+    samples = len(problem.valid)
+
+    def start(own: Parametrization, chunk: int, solver: str) -> None:
+        unknowns = len(own.names)
+        settings = _settings(problem, Stage(0, 1, 0, 1.0, np.zeros(unknowns, bool)))
+        starts = (np.zeros((chunk, unknowns)), np.zeros((chunk, 4)), np.zeros((chunk, samples, 6)))
+        solve_chunk.compile(problem, own, solver, settings, own.bounds(), *starts)
+
+    for stage in schedule[:1]:
+        if stage.narrow:
+            start(_narrowed(parameters, stage.active)[0], NARROW_CHUNK, stage.solver)
+    start(parameters, CHUNK, Stage.solver)
+    if solver != Stage.solver:
+        start(parameters, CHUNK, solver)
+    start(parameters, 1, solver)
 
 
 def _settings(problem: Problem, stage: Stage) -> Settings:
     steps = int(np.asarray(problem.grid.sample_index)[stage.last_sample])
     return Settings(
         blocks=np.asarray(-(-steps // BLOCK)),
-        iterations=np.asarray(stage.iterations),
+        iterations=np.asarray(stage.iterations * EVALUATIONS[stage.solver]),
         robust_scale=np.asarray(float(stage.robust_scale)),
         tail=np.asarray(float(stage.tail)),
         ceiling=np.asarray(float(stage.ceiling)),

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fitting.parameters import ALBEDO, INERTIA, STATE
+from fitting.names import ALBEDO, INERTIA, STATE
 from fitting.solvers.multi_start import Stage
 
 FIRST_ARC_LIT, ARC_GROWTH = 7, 1.57
@@ -21,13 +21,13 @@ def arc_schedule(lit: np.ndarray, last: int, free: tuple[str, ...]) -> list[Stag
     state = np.isin(names, [*STATE, *ALBEDO])
     without_inertia = ~np.isin(names, INERTIA)
 
-    def stage(count: int | float, keep: int, iterations: int, active: np.ndarray) -> Stage:
+    def stage(count: int | float, keep: int, iterations: int, active: np.ndarray, narrow: bool = False) -> Stage:
         whole = count * 1.2 >= len(position)
         sample = last if whole else int(position[int(round(count)) - 1])
-        return Stage(sample, keep, iterations, ROBUST_SCALE, active)
+        return Stage(sample, keep, iterations, ROBUST_SCALE, active, narrow=narrow)
 
     # The first arc in two halves: the worse half of the starts shows itself within five steps.
-    stages = [stage(FIRST_ARC_LIT, 10**9, 5, state), stage(FIRST_ARC_LIT, FIRST_KEEP, 5, state)]
+    stages = [stage(FIRST_ARC_LIT, keep, 5, state, narrow=True) for keep in (10**9, FIRST_KEEP)]
     for number, keep in enumerate(KEEP):
         count = FIRST_ARC_LIT * ARC_GROWTH ** (number + 1)
         stages.append(stage(count, keep, 8, without_inertia if number == 0 else everything))

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter, validators
 
-from jaxsat.cli.options import SINGLE, Arc, ConfigFile, Drop, Free, whole_number
+from fitting.names import NAMED, STATE
+from jaxsat.cli.options import Arc, ConfigFile, Drop, Free, whole_number
 from jaxsat.cli.session import BUNDLED
 from jaxsat.errors import InputError
 
@@ -24,7 +25,7 @@ CONVERGED, BAD_INPUT, NOT_CONVERGED = 0, 1, 3
 """Exit statuses; an ambiguous fit has not converged to one answer and counts as such."""
 
 
-PROFILED = (*SINGLE, "imax")
+PROFILED = STATE + NAMED
 """The words of `--profile`."""
 
 
@@ -33,7 +34,7 @@ def _check_profiles(_: Any, value: Sequence[str] | None) -> None:
         if name not in PROFILED:
             close = get_close_matches(name, PROFILED, n=1)
             hint = f" Did you mean {close[0]}?" if close else ""
-            raise ValueError(f'"{name}" is no single parameter such as {PROFILED[-1]} or {PROFILED[0]}.{hint}')
+            raise ValueError(f'"{name}" is no single parameter such as imax or {PROFILED[0]}.{hint}')
 
 
 def fit(

@@ -9,8 +9,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fitting.names import NAMED, STATE
 from jaxsat.cli.fit_page import fit_page, profile_picture
-from jaxsat.cli.options import SINGLE
 from jaxsat.cli.output import (
     ATTITUDE_COLUMNS,
     CURRENT_COLUMNS,
@@ -37,7 +37,7 @@ FILES = (
     "provenance.json",
     "report.html",
     "fit.json",
-    *(profile_picture(name) for name in (*SINGLE, "imax")),
+    *(profile_picture(name) for name in STATE + NAMED),
 )
 """All names that a fit may write."""
 

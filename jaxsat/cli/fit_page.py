@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from fitting.names import UNITS
 from jaxsat.cli.tables import (
     STRONG_CORRELATION,
     element_rows,
@@ -16,6 +17,7 @@ from jaxsat.significant import unit_text, value_and_sigma, value_text
 
 if TYPE_CHECKING:
     from fitting.diagnostics import Diagnostics
+    from fitting.null_space import Direction
     from fitting.profile import Profile
     from fitting.result import FitResult
     from jaxsat.cli.session import PreparedSession
@@ -59,6 +61,14 @@ def fit_page(
             Facts("Fit", fit_facts(result)),
             *(Picture(heading, pictures[name], alt) for name, (heading, alt) in PICTURES.items() if name in pictures),
             Table("Parameters", ("parameter", "value", "1σ", "unit", "note"), parameters, (1,)),
+            Table(
+                "What the data hardly see",
+                ("direction", "information of data / prior", "held by", "largest components, one prior sigma along it"),
+                [unseen_row(direction) for direction in result.unseen],
+                (1,),
+                note="From the information matrix, the state eliminated: combinations on which the priors say more "
+                "than the data, and those of which the data say nothing.",
+            ),
             Table(
                 "Profiles",
                 ("parameter", "value", "1σ", "68 %", "95 %", "unit", "note"),
@@ -111,6 +121,13 @@ def profile_row(profile: "Profile") -> tuple[str, ...]:
 
     texts = (span(p.interval_68), span(p.interval_95))
     return (p.name, value, f"± {sigma}" if sigma else "", *texts, unit_text(p.unit), p.note)
+
+
+def unseen_row(direction: "Direction") -> tuple[str, ...]:
+    """Returns (name, information, what holds it, components) of a direction as text."""
+    parts = [f"{name} {change:+.3g} {unit_text(UNITS[name])}" for name, change in direction.components.items()]
+    seen = "none" if direction.blind else value_text(direction.information, 2)
+    return (direction.name, seen, direction.held_by, ", ".join(parts))
 
 
 def diagnostic_rows(diagnostics: "Diagnostics") -> Iterator[tuple[str, ...]]:

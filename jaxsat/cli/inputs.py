@@ -7,8 +7,9 @@ import numpy as np
 
 from fitting.adaptive import AdaptiveRules
 from fitting.fit import FitSettings
+from fitting.names import parse_free
 from fitting.observations import Observations
-from fitting.parameters import Nominal, PriorSigma, parse_free
+from fitting.parameters import Nominal, PriorSigma
 from jaxsat.environment import apparent_sun, igrf_field
 from jaxsat.errors import InputError
 from jaxsat.telemetry.cleaning import check_usable
@@ -82,6 +83,7 @@ def nominal(config: "Config") -> Nominal:
         max_current=1e-3 * craft.imax_mA,
         gains=np.array(craft.gains),
         albedo=np.array([config.albedo.specular, config.albedo.diffuse]),
+        tilts=np.radians(craft.panel_tilts_deg).ravel(),
     )
 
 
@@ -97,6 +99,7 @@ def fit_settings(config: "Config") -> FitSettings:
         max_rate_deg_s=fit.max_rate_deg_s,
         step_s=fit.step_s,
         likelihood=fit.likelihood,
+        solver=fit.solver,
         adaptive=AdaptiveRules(**fit.adaptive.model_dump(exclude={"on"})) if fit.adaptive.on else None,
         prior=PriorSigma(
             magnet=sigma.magnet_A_m2,
@@ -105,5 +108,6 @@ def fit_settings(config: "Config") -> FitSettings:
             gains=sigma.gains,
             inertia_relative=sigma.inertia_relative,
             albedo=sigma.albedo,
+            tilts_deg=sigma.tilts_deg,
         ),
     )

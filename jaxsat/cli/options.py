@@ -3,40 +3,17 @@
 import math
 import re
 from collections.abc import Sequence
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter, Token
 
-GROUPS = ("state", "magnet", "rods", "imax", "gains", "inertia", "albedo")
-CLASSIC = ("als", "alsI0", "alsI23", "alsImax", "alsJ", "alsI0J")
-SINGLE = (
-    *(f"attitude.{c}" for c in "xyz"),
-    *(f"rate.{c}" for c in "xyz"),
-    *(f"magnet.{c}" for c in "xyz"),
-    *("rods.y", "rods.z"),
-    *(f"gains.{sign}{c}" for c in "xyz" for sign in "+-"),
-    *(f"inertia.{c}" for c in ("xx", "yy", "zz", "xy", "xz", "yz")),
-    *("albedo.specular", "albedo.diffuse"),
-)
-"""The words of `--free`. `fitting.parameters` gives them their meaning; its import costs a second, a typo must not."""
-
-
-def check_free(text: str) -> None:
-    """Raises `ValueError` unless `text` is a comma-separated list of groups, classic names and single parameters."""
-    # The scan of the paper prints I0 as IO or 10.
-    classic = {name.replace("I0", sign).lower() for name in CLASSIC for sign in ("I0", "IO", "10")}
-    for word in (part.strip() for part in text.split(",")):
-        if word not in GROUPS + SINGLE and word.lower() not in classic:
-            close = get_close_matches(word, GROUPS + CLASSIC + SINGLE, n=1)
-            hint = f" Did you mean {close[0]}?" if close else ""
-            raise ValueError(f'"{word}" is none of {",".join(GROUPS)} nor of {",".join(CLASSIC)}.{hint}')
+from fitting.names import parse_free
 
 
 def _check_free(_: Any, value: str | None) -> None:
     if value is not None:
-        check_free(value)
+        parse_free(value)
 
 
 def _check_intervals(_: Any, value: Sequence[Any] | None) -> None:
@@ -56,8 +33,9 @@ def whole_number(_: Any, tokens: Sequence[Token]) -> int:
 Free = Annotated[
     str | None,
     Parameter(
-        help="What is fitted: any of state,magnet,rods,imax,gains,inertia,albedo, or a classic name: als, alsI0, "
-        "alsI23, alsImax, alsJ, alsI0J. The state is always free. [default: that of the configuration]",
+        help="What is fitted: any of state,magnet,rods,imax,gains,inertia,albedo,tilts, a single one as "
+        "albedo.specular or magnet.azimuth, or a classic name: als, alsI0, alsI23, alsImax, alsJ, alsI0J. The state "
+        "is always free. [default: that of the configuration]",
         validator=_check_free,
     ),
 ]

@@ -79,6 +79,7 @@ def fit_document(
             for p in result.parameters
         },
         "gauge": result.gauge,
+        "unseen": [direction.as_dict() for direction in result.unseen],
         "correlations": result.correlations,
         "attitude": {
             "t_s": result.t_s,

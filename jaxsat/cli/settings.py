@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
+from fitting.names import parse_free
 from jaxsat.constants import EARTH_ROTATION_RATE
 from jaxsat.telemetry.cleaning import PANELS, CleaningSettings
 
@@ -38,9 +39,6 @@ def _unit(vector: tuple[float, float, float]) -> tuple[float, float, float]:
 
 
 def _free(value: object) -> object:
-    # The names belong to `fitting`, whose import costs a second: looked at only where the key is given.
-    from fitting.parameters import parse_free
-
     if isinstance(value, list) and all(isinstance(item, str) for item in value):
         value = ",".join(value)
     if isinstance(value, str):
@@ -51,6 +49,9 @@ def _free(value: object) -> object:
 # TOML has lists only; strict=False lets a list be a tuple, the numbers within stay strict.
 Pair = Annotated[tuple[float, float], Field(strict=False)]
 Vector = Annotated[tuple[float, float, float], Field(strict=False)]
+Tilt = Annotated[
+    tuple[Annotated[float, Field(ge=-45.0, le=45.0)], Annotated[float, Field(ge=-45.0, le=45.0)]], Field(strict=False)
+]
 Interval = Annotated[Pair, AfterValidator(_increasing)]
 Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
@@ -222,6 +223,11 @@ class Spacecraft(_Section):
         default=(1.0, 1.0, 1.0, 1.0, 1.0, 1.0),
         description="current of the panels +X -X +Y -Y +Z -Z over imax_mA in equal light [1]",
     )
+    panel_tilts_deg: Annotated[tuple[Tilt, ...], Field(strict=False, min_length=6, max_length=6)] = Field(
+        default=((0.0, 0.0),) * 6,
+        description="turns of the panels +X -X +Y -Y +Z -Z off their places, each about the two body axes across it, "
+        "as tilts.+x.y, tilts.+x.z, tilts.-x.y ... name them [deg]",
+    )
     inertia_kg_m2: Inertia = Field(default=Inertia(), description="inertia tensor, J")
 
     @model_validator(mode="after")
@@ -287,6 +293,7 @@ class PriorSigma(_Section):
         default=0.15, description="each entry, relative to the mean moment of inertia [1]"
     )
     albedo: Positive = Field(default=0.5, description="each reflectivity [1]")
+    tilts_deg: Positive = Field(default=2.0, description="each turn of a panel [deg]")
 
 
 class Adaptive(_Section):
@@ -323,7 +330,8 @@ class Fit(_Section):
 
     free: Annotated[str, BeforeValidator(_free)] = Field(
         default="state,magnet,rods,imax,inertia,albedo",
-        description="free parameters: groups state magnet rods imax gains inertia albedo, or als alsI0 alsI23 ...",
+        description="free parameters: groups state magnet rods imax gains inertia albedo tilts, single ones as "
+        "magnet.azimuth, or als alsI0 alsI23 ...",
     )
     arc_s: Interval | None = Field(
         default=None, description="fit only samples in [t0, t1] after t = 0 [s]", examples=[[0.0, 2700.0]]
@@ -340,6 +348,11 @@ class Fit(_Section):
         default="mixture",
         description="what may be wrong with a sample, as under a limited charge current: mixture (a state of each, "
         "estimated), student (heavy tails), trimmed (left out by its residuals), normal (nothing)",
+    )
+    solver: Literal["levenberg_marquardt", "lbfgs", "adam"] = Field(
+        default="levenberg_marquardt",
+        description="solver of the last steps: levenberg_marquardt, or, to compare, lbfgs (10 times as long), adam "
+        "(gradient descent, 100 times)",
     )
     prior_sigma: PriorSigma = Field(default=PriorSigma(), description="priors")
     adaptive: Adaptive = Field(default=Adaptive(), description="weights")

@@ -73,10 +73,17 @@ def fit_facts(result: "FitResult") -> list[tuple[str, str]]:
             f"{_range(result.field_angle_deg)} deg, 1σ {_medians(result.field_angle_sigma_deg)} deg",
         ),
         ("gauge", result.gauge or "none needed"),
+        *([("held by the priors", _weak(result))] if any(not d.blind for d in result.unseen) else []),
     ]
     facts += [(f"other minimum {n}", _alternative(other)) for n, other in enumerate(result.alternatives, 1)]
     facts.append(("time", ", ".join(f"{name} {seconds:.1f} s" for name, seconds in result.timing_s.items())))
     return facts
+
+
+def _weak(result: "FitResult") -> str:
+    """How many combinations the priors hold though the data see them, and the weakest of them."""
+    weak = [d for d in result.unseen if not d.blind]
+    return f"{count_text(len(weak), 'combination')} of parameters, the weakest {weak[0].name}"
 
 
 def _medians(values: np.ndarray) -> str:

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from fitting.names import TILTS
 from jaxsat.cli.config import load_config
 from jaxsat.cli.inputs import fit_settings, nominal, observations, surroundings
 from jaxsat.cli.session import BUNDLED, prepare_session
@@ -93,11 +94,17 @@ def test_satellite_in_si():
             "spacecraft.inertia_kg_m2": {"xx": 0.05, "yy": 0.06, "zz": 0.07, "xy": 1e-3, "xz": 2e-3, "yz": 3e-3},
             "albedo.specular": 0.3,
             "albedo.diffuse": 0.1,
+            "spacecraft.panel_tilts_deg": [[0.0, 0.0], [0.0, 2.0], [0.0, 0.0], [-1.0, 0.0], [0.0, 0.0], [0.0, 0.0]],
         },
     )
     craft = nominal(config)
     expected = [0, 0.4, 0, 0.01, 0.02, 0.05, 0.06, 0.07, 1e-3, 2e-3, 3e-3, 0.25, 1, 1.1, 1.2, 1.3, 1.4, 1.5, 0.3, 0.1]
-    np.testing.assert_allclose(craft.vector(), expected, atol=1e-16)
+    np.testing.assert_allclose(craft.vector()[:20], expected, atol=1e-16)
+    tilts = dict(zip(TILTS, np.degrees(craft.vector()[20:]), strict=True))
+    assert {name: angle for name, angle in tilts.items() if angle} == {
+        "tilts.-x.z": pytest.approx(2.0),
+        "tilts.-y.x": pytest.approx(-1.0),
+    }
     assert craft.reference_field == 3e-5
 
 
@@ -111,6 +118,7 @@ def test_every_key_of_the_fit_arrives():
         "max_rate_deg_s": 2.5,
         "step_s": 20.0,
         "likelihood": "student",
+        "solver": "lbfgs",
     }
     priors = {
         "magnet_A_m2": 0.1,
@@ -119,6 +127,7 @@ def test_every_key_of_the_fit_arrives():
         "gains": 0.4,
         "inertia_relative": 0.5,
         "albedo": 0.6,
+        "tilts_deg": 0.7,
     }
     settings = fit_settings(load_config(None, {f"fit.{k}": v for k, v in chosen.items()} | {"fit.prior_sigma": priors}))
     assert settings.free == ("rods.y", "rods.z", "albedo.diffuse")

@@ -36,7 +36,7 @@ def document(fit_result):
 def test_fit_json_has_the_keys_of_its_schema_and_no_others(document, fit_result):
     assert list(document) == [
         *("schema", "telemetry", "epoch_utc", "status", "message", "chi2", "dof", "residual_rms_mA"),
-        *("parameters", "gauge", "correlations", "attitude", "diagnostics", "profiles", "timing_s"),
+        *("parameters", "gauge", "unseen", "correlations", "attitude", "diagnostics", "profiles", "timing_s"),
     ]
     assert document["schema"] == "jaxsat.fit/1"
     assert document["telemetry"] == "a.RAW_SUN"

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from fitting.names import MODEL, STATE
 from fitting.observations import build_problem
-from fitting.parameters import MODEL, STATE, PriorSigma, parametrization
+from fitting.parameters import PriorSigma, parametrization
 from fitting.problem import RATE_UNIT, predict
 from fitting.solvers.least_squares import Settings, normal_equations
 from fitting.solvers.multi_start import NONE
@@ -71,7 +72,7 @@ def test_jacobians_are_central_differences(arc, blocks):
     """Steps of 1e-5 of residuals near 100 sigma: the difference knows about 1e-8 / 1e-5 of rounding and h^2 = 1e-10."""
     prediction, jacobian = arc.predict(blocks=blocks)
     h = 1e-5
-    assert jacobian.shape[-1] == len(NAMES) == 26
+    assert jacobian.shape[-1] == len(NAMES) == 38
     for k, name in enumerate(NAMES):
         shift = h * np.eye(len(NAMES))[k]
         high, low = (arc.predict(arc.x + s, blocks=blocks)[0] for s in (shift, -shift))
@@ -92,7 +93,7 @@ def test_common_scale_of_inertia_magnet_and_rods_is_no_motion(arc, blocks):
     """What the gauge rests on: torques and inertia grow alike, whatever the attitude."""
     arrays = {name: 1.3 * getattr(arc.nominal, name) for name in ("inertia", "magnet", "rods")}
     scaled = parametrization(dataclasses.replace(arc.nominal, **arrays), MODEL, PriorSigma())
-    x = np.concatenate([arc.x[:6], np.zeros(20)])
+    x = np.concatenate([arc.x[:6], np.zeros(len(MODEL))])
     plain, other = (arc.predict(x, parameters, blocks=blocks)[0] for parameters in (arc.parameters, scaled))
     np.testing.assert_allclose(other.quaternion[:SAMPLES], plain.quaternion[:SAMPLES], atol=1e-12)
     heavier = dataclasses.replace(arc.nominal, inertia=1.3 * arc.nominal.inertia)
@@ -130,7 +131,7 @@ def test_padding_and_samples_after_the_arc_count_for_nothing(arc, blocks, number
     assert float(cost) == pytest.approx(expected, rel=1e-12)
     gradient_expected = J.T @ (weight * r) + prior
     np.testing.assert_allclose(gradient, gradient_expected, rtol=1e-9, atol=1e-9 * np.abs(gradient_expected).max())
-    information = J.T @ (weight[:, None] * J) + np.diag([0.0] * 6 + [1.0] * 20)
+    information = J.T @ (weight[:, None] * J) + np.diag([0.0] * 6 + [1.0] * len(MODEL))
     root = np.sqrt(np.diagonal(information))
     np.testing.assert_allclose(hessian / np.outer(root, root), information / np.outer(root, root), atol=1e-12)
 

@@ -12,7 +12,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from fitting.observations import build_problem
-from fitting.parameters import MODEL, parametrization
+from fitting.parameters import parametrization
 from fitting.problem import RATE_UNIT, predict
 from fitting.profile import Z_68, Z_95, check_profile, interval, profile, profile_all
 from fitting.refine import refine
@@ -57,9 +57,8 @@ class Minimum:
         scale, J = 0.3 / np.linalg.norm(true["magnet"]), np.array(true["inertia"])
         inertia = [J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]]
         values = [*(scale * np.array([*true["magnet"], *true["rods"], *inertia])), 1e-3 * true["imax"]]
-        values = np.array([*values, *true["panel_ratio"], true["albedo_specular"], true["albedo_diffuse"]])
-        shifts = (values - np.asarray(self.parameters.nominal)) / np.asarray(self.parameters.scale)
-        return shifts[[MODEL.index(name) for name in self.parameters.free]]
+        values += [*true["panel_ratio"], true["albedo_specular"], true["albedo_diffuse"], *np.zeros(12)]
+        return self.parameters.shifts(np.array(values))
 
     def profile(self, name):
         return profile(self.problem, self.parameters, self.refined, name)

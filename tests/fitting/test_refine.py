@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fitting.observations import build_problem
-from fitting.parameters import MODEL, parametrization
+from fitting.parameters import parametrization
 from fitting.problem import RATE_UNIT
 from fitting.refine import LIKELIHOODS, MAX_MINIMA, candidates, refine
 from fitting.solvers.multi_start import Starts
@@ -40,9 +40,8 @@ class Limited:
         scale, J = 0.3 / np.linalg.norm(true["magnet"]), np.array(true["inertia"])
         inertia = [J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]]
         values = [*(scale * np.array([*true["magnet"], *true["rods"], *inertia])), 1e-3 * true["imax"]]
-        values = np.array([*values, *true["panel_ratio"], true["albedo_specular"], true["albedo_diffuse"]])
-        shifts = (values - np.asarray(self.parameters.nominal)) / np.asarray(self.parameters.scale)
-        return shifts[[MODEL.index(name) for name in self.parameters.free]]
+        values += [*true["panel_ratio"], true["albedo_specular"], true["albedo_diffuse"], *np.zeros(12)]
+        return self.parameters.shifts(np.array(values))
 
     def refine(self, *, offsets=((0.0, 0.0, 0.0),), likelihood="mixture"):
         """From the truth, in the fit's gauge, with rates off by `offsets` [rad/min]."""

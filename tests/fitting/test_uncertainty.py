@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fitting.parameters import MODEL, STATE
+from fitting.names import MODEL, NAMED, STATE
 from fitting.uncertainty import attitude_covariance, correlations, covariance, field_angle_sigma, physical_covariance
 
 RNG = np.random.default_rng(0)
@@ -46,11 +46,11 @@ def test_covariance_of_no_unknown_is_zero():
 
 def test_physical_covariance_has_the_units_of_the_names():
     cov = np.linalg.inv(information(8))
-    jacobian = np.zeros((len(MODEL), 2))
+    jacobian = np.zeros((len(NAMED), 2))
     jacobian[MODEL.index("magnet.y"), 0] = 0.05
     jacobian[MODEL.index("imax"), 1] = 0.048
     names, physical = physical_covariance(jacobian, cov)
-    assert names == [*STATE, *MODEL]
+    assert names == [*STATE, *NAMED]
     sigma = dict(zip(names, np.sqrt(np.diagonal(physical)), strict=True))
     root = np.sqrt(np.diagonal(cov))
     assert sigma["attitude.y"] == pytest.approx(np.degrees(root[1]))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitting.parameters import MODEL, STATE
+from fitting.names import MODEL, STATE
 from fitting.solvers.schedule import FIRST_ARC_LIT, arc_schedule
 
 

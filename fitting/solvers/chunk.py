@@ -1,0 +1,43 @@
+"""Solvers by name, and the compiled program that runs one of them on a few starts at once."""
+
+from collections.abc import Callable
+
+import jax
+from jaxtyping import Array, Float
+
+from fitting.parameters import Parametrization
+from fitting.problem import Prediction, Problem
+from fitting.solvers.least_squares import Point, Settings, levenberg_marquardt
+from fitting.stored import Stored, hollow
+
+EVALUATIONS = {"levenberg_marquardt": 1, "lbfgs": 20, "adam": 150}
+"""The solvers, and how many evaluations each is given where Levenberg-Marquardt has one: more than it needs."""
+
+
+def _named(solver: str) -> Callable[..., Point]:
+    if solver == "levenberg_marquardt":
+        return levenberg_marquardt
+    # optax takes half a second to import and is asked for by few.
+    from fitting.solvers.descent import adam, lbfgs
+
+    return {"lbfgs": lbfgs, "adam": adam}[solver]
+
+
+def _solve_chunk(
+    problem: Problem,
+    parameters: Parametrization,
+    solver: str,
+    settings: Settings,
+    bounds: tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]],
+    x: Float[Array, "starts unknowns"],
+    reference: Float[Array, "starts 4"],
+    weight: Float[Array, "starts samples 6"],
+) -> Point:
+    """Minima of a few starts by a solver of `EVALUATIONS`; every leaf of the result has the starts in front."""
+    solve = _named(solver)
+    return jax.vmap(lambda x, reference, weight: solve(problem, parameters, settings, bounds, x, reference, weight))(
+        x, reference, weight
+    )
+
+
+solve_chunk = Stored(_solve_chunk, lambda: hollow(Point, prediction=hollow(Prediction)))
