@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from fitting.parameters import STATE, Parametrization
-from fitting.problem import Prediction, Problem, predict
+from fitting.problem import CURRENTS, Prediction, Problem, predict
 from fitting.stored import Stored, hollow
 from jaxsat.math import quaternion
 
@@ -33,7 +33,7 @@ class Settings(eqx.Module):
     iterations: Int[Array | np.ndarray, ""]
     """Steps tried, accepted or not."""
     robust_scale: Float[Array | np.ndarray, ""]
-    """Residual, in sigmas, beyond which a current counts linearly; very large for plain least squares."""
+    """Residual, in sigmas, beyond which a measurement counts linearly; very large for plain least squares."""
     active: Bool[Array | np.ndarray, " unknowns"]
     """Unknowns that may move in this stage."""
     tail: Float[Array | np.ndarray, ""]
@@ -49,8 +49,8 @@ class Point(eqx.Module):
     """Unknowns; the attitude part is zero, for `reference` carries the attitude."""
     reference: Float[Array, "4"]
     """Attitude at the grid's start, inertial-from-body."""
-    weight: Float[Array, "samples 6"]
-    """Of each current: 1 where it is used as it is, 0 where it lies outside the arc or was left out."""
+    weight: Float[Array, "samples channels"]
+    """Of each measurement: 1 where it is used as it is, 0 where it lies outside the arc or was left out."""
     cost: Float[Array, ""]
     """Half the robust sum of squares, priors included."""
     gradient: Float[Array, " unknowns"]
@@ -63,13 +63,15 @@ class Point(eqx.Module):
 
 
 def robust_weight(
-    residual: Float[Array, "samples 6"], scale: Float[Array | np.ndarray, ""]
-) -> Float[Array, "samples 6"]:
+    residual: Float[Array, "samples channels"], scale: Float[Array | np.ndarray, ""]
+) -> Float[Array, "samples channels"]:
     """Weight of the pseudo-Huber loss 2 c^2 (sqrt(1 + (r/c)^2) - 1) (Charbonnier et al. 1997), 1 at r = 0."""
     return 1.0 / jnp.sqrt(1.0 + (residual / scale) ** 2)
 
 
-def robust_cost(residual: Float[Array, "samples 6"], scale: Float[Array | np.ndarray, ""]) -> Float[Array, "samples 6"]:
+def robust_cost(
+    residual: Float[Array, "samples channels"], scale: Float[Array | np.ndarray, ""]
+) -> Float[Array, "samples channels"]:
     """Pseudo-Huber loss, r^2 for small r; written without the difference that loses its digits at large `scale`."""
     square = residual**2
     return 2.0 * square / (1.0 + jnp.sqrt(1.0 + square / scale**2))
@@ -92,20 +94,27 @@ def sample_loss(
 
 
 def normal_equations(
-    r: Float[Array, "samples 6"],
-    J: Float[Array, "samples 6 unknowns"],
-    weight: Float[Array, "samples 6"],
+    r: Float[Array, "samples channels"],
+    J: Float[Array, "samples channels unknowns"],
+    weight: Float[Array, "samples channels"],
     x: Float[Array, " unknowns"],
     settings: Settings,
 ) -> tuple[Float[Array, ""], Float[Array, " unknowns"], Float[Array, "unknowns unknowns"]]:
-    """Cost, gradient and Gauss-Newton matrix; model parameters carry a unit prior in their own scale."""
-    loss, of_sample = sample_loss(jnp.sum(robust_cost(r, settings.robust_scale) * weight, axis=1), settings)
-    weight = robust_weight(r, settings.robust_scale) * weight * of_sample[:, None]
+    """Cost, gradient and Gauss-Newton matrix; model parameters carry a unit prior in their own scale.
+
+    The loss of a sample is that of its currents: what is wrong with them, as a limited charge current, is nothing to
+    the limb angles, which are robust each by itself.
+    """
+    square = robust_cost(r, settings.robust_scale) * weight
+    weight = robust_weight(r, settings.robust_scale) * weight
+    loss, of_sample = sample_loss(jnp.sum(square[:, :CURRENTS], axis=1), settings)
+    of_currents = weight[:, :CURRENTS] * of_sample[:, None]
+    weight = jnp.concatenate([of_currents, weight[:, CURRENTS:]], axis=1)
     prior = jnp.arange(x.shape[0]) >= len(STATE)
     flat_j = J.reshape(-1, J.shape[-1])
     weighted_j = (J * weight[..., None]).reshape(flat_j.shape)
     pull = jnp.where(prior, x, 0.0)
-    cost = 0.5 * jnp.sum(loss) + 0.5 * pull @ pull
+    cost = 0.5 * jnp.sum(loss) + 0.5 * jnp.sum(square[:, CURRENTS:]) + 0.5 * pull @ pull
     gradient = weighted_j.T @ r.reshape(-1) + pull
     return cost, gradient, weighted_j.T @ flat_j + jnp.diag(prior.astype(x.dtype))
 
@@ -139,7 +148,10 @@ def blank_prediction(problem: Problem, unknowns: int) -> Prediction:
     """Zeros in the shape of a prediction."""
     samples = problem.measured.shape[0]
     return Prediction(
-        jnp.zeros((samples, 6)), jnp.zeros((samples, 4)), jnp.zeros((samples, 3)), jnp.zeros((samples, 3, unknowns))
+        jnp.zeros((samples, problem.channels)),
+        jnp.zeros((samples, 4)),
+        jnp.zeros((samples, 3)),
+        jnp.zeros((samples, 3, unknowns)),
     )
 
 
@@ -174,7 +186,7 @@ def evaluate(
     settings: Settings,
     x: Float[Array, " unknowns"],
     reference: Float[Array, "4"],
-    weight: Float[Array, "samples 6"],
+    weight: Float[Array, "samples channels"],
     damping: Float[Array, ""],
 ) -> Point:
     """The point reached at `x`, with the attitude part of `x` moved into the reference."""
@@ -193,7 +205,7 @@ def levenberg_marquardt(
     bounds: tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]],
     x: Float[Array, " unknowns"],
     reference: Float[Array, "4"],
-    weight: Float[Array, "samples 6"],
+    weight: Float[Array, "samples channels"],
 ) -> Point:
     """Minimum of one start (Marquardt 1963; damping on the scaled diagonal, one evaluation a step)."""
     lower, upper = bounds
@@ -227,7 +239,7 @@ def _solve_chunk(
     bounds: tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]],
     x: Float[Array, "starts unknowns"],
     reference: Float[Array, "starts 4"],
-    weight: Float[Array, "starts samples 6"],
+    weight: Float[Array, "starts samples channels"],
 ) -> Point:
     """Minima of `CHUNK` starts; every leaf of the result has the starts in front."""
     return jax.vmap(

@@ -91,11 +91,11 @@ def _solve(problem, parameters, stage, x, reference, weight, select: Callable[[P
 
     Chunks of fixed shape, padded with copies of the first start, on two threads.
 
-    `weight` is [samples 6] or [starts samples 6]; samples after the stage's arc are left out here.
+    `weight` is [samples channels] or [starts samples channels]; samples after the stage's arc are left out here.
     """
     count = len(x)
     inside = np.arange(weight.shape[-2]) <= stage.last_sample
-    weight = np.broadcast_to(weight * inside[:, None], (count, len(inside), 6))
+    weight = np.broadcast_to(weight * inside[:, None], (count, len(inside), weight.shape[-1]))
     order = np.concatenate([np.arange(count), np.zeros(-count % CHUNK, dtype=int)])
     common = (problem, parameters, _settings(problem, stage), parameters.bounds())
 
@@ -112,7 +112,7 @@ def compile_solver(problem: Problem, parameters: Parametrization) -> Future | No
     """Starts the compilation of the solver for a problem's shapes in the background, see `Stored.compile`."""
     unknowns, samples = len(parameters.names), len(problem.valid)
     settings = _settings(problem, Stage(0, 1, 0, 1.0, np.zeros(unknowns, bool)))
-    shapes = ((CHUNK, unknowns), (CHUNK, 4), (CHUNK, samples, 6))
+    shapes = ((CHUNK, unknowns), (CHUNK, 4), (CHUNK, samples, problem.channels))
     return solve_chunk.compile(
         problem, parameters, settings, parameters.bounds(), *(np.zeros(shape) for shape in shapes)
     )

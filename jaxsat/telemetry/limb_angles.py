@@ -106,7 +106,7 @@ def read_limb_angles(path: str | Path) -> LimbAngleFile:
         path=path,
         sha256=hashlib.sha256(data).hexdigest(),
         row=np.array(rows)[some],
-        time=tuple(time for time, used in zip(times, some, strict=True) if used),
+        time=tuple(times[k] for k in np.flatnonzero(some)),
         distance_deg=table[some, 0],
         turn_deg=table[some, 1],
     )
@@ -149,9 +149,9 @@ def _instant(text: str, path: Path, row: int) -> Epoch:
     if match is None:
         reason = f"expected a UTC instant such as 2001-01-18T04:54:15.000, found {_shown(text)}"
         raise InputError(reason, file=path, row=row, field="utc")
-    *whole, second = match.groups()
+    year, month, day, hour, minute = (int(match[k]) for k in range(1, 6))
     try:
-        return Epoch.from_utc(*map(int, whole), float(second))
+        return Epoch.from_utc(year, month, day, hour, minute, float(match[6]))
     except ValueError as error:
         raise InputError(f"{text}: {error}", file=path, row=row, field="utc") from None
 
