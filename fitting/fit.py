@@ -93,7 +93,8 @@ def fit(
         coarse = build_problem(observations, noise=noise, max_step=step, limb_sigma=limb_sigma)
         bright, sunlit = bright[first:], sunlit[first:]
     if coarse.limb is not None and not np.any(coarse.limb.known):
-        raise InputError(f"no limb angle is measured from the first sunlit sample on, t = {observations.t[0]:g} s")
+        reason = f"none is measured from the first sunlit sample on, t = {observations.t[0]:g} s"
+        raise InputError(reason, field="limb angles")
     tabulated = time.perf_counter()
     # The solver compiles on one core while the first guesses are traced on the other.
     progress("compiling", 0, 1)
