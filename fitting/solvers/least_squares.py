@@ -159,7 +159,7 @@ def unevaluated(
     problem: Problem,
     x: Float[Array, " unknowns"],
     reference: Float[Array, "4"],
-    weight: Float[Array, "samples 6"],
+    weight: Float[Array, "samples channels"],
     damping: float,
 ) -> Point:
     """A start as an infinitely bad point with a zero gradient, for the first pass of a solver's loop to evaluate.
