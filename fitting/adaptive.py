@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 
 from fitting.names import MODEL, STATE
 from fitting.parameters import Parametrization, build_model
-from fitting.problem import Problem
+from fitting.problem import CURRENTS, Problem
 from fitting.refine import PLAIN, Refined, candidates
 from fitting.solvers.least_squares import Point
 from fitting.solvers.multi_start import Progress, Stage, Starts, distinct, solve
@@ -140,7 +140,9 @@ def refine_adaptively(
     earth_radius: float,
     progress: Progress,
 ) -> Refined:
-    """`refine` by the rules: `weight` [samples 6] is renewed at each of the passes, for each of the survivors.
+    """`refine` by the rules: `weight` [samples channels] is renewed at each of the passes, for each of the survivors.
+
+    The rules are about currents; limb angles keep their weight.
 
     Residuals of the result are those of the measured currents, its cost and information matrix those of the last pass.
     """
@@ -174,7 +176,9 @@ def _passes(problem, parameters, x, reference, weight, rules, earth_radius, prog
             light = PanelLight(*(np.asarray(array) for array in arrays))
             cos_horizon = np.sqrt(1.0 - (earth_radius / np.asarray(distance)) ** 2)
             max_current = float(np.asarray(parameters.values(x[0, len(STATE) :]))[MODEL.index("imax")])
-            each = weight * rule_weights(rules, measured, light, cos_horizon, max_current, number)
+            each = weight.copy()
+            each[:, :CURRENTS] *= rule_weights(rules, measured, light, cos_horizon, max_current, number)
             data = corrected(rules, measured, sunlit, light)
-    residual = points.prediction.residual + (data - measured) / float(problem.noise)
+    residual = np.array(points.prediction.residual)
+    residual[..., :CURRENTS] += (data - measured) / float(problem.noise)
     return eqx.tree_at(lambda p: p.prediction.residual, points, residual)

@@ -46,6 +46,10 @@ class FitSettings:
     """One of `fitting.refine.LIKELIHOODS`: what may be wrong with a sample, as a limited charge current."""
     solver: str = "levenberg_marquardt"
     """One of `fitting.solvers.chunk.EVALUATIONS`, for the last steps; arcs grow by Levenberg-Marquardt."""
+    limb_sigma_deg: float = 0.5
+    """1-sigma of a limb angle, on the sphere."""
+    limb_weight: float = 1.0
+    """Factor of the limb angles' inverse variance; 0 leaves them out (`vesABlimb` of Penkov et al. 2009)."""
     prior: PriorSigma = PriorSigma()
     adaptive: AdaptiveRules | None = None
     """In place of the likelihood: the weights of Penkov et al. 2009."""
@@ -62,7 +66,8 @@ def fit(
     """Best attitude motion and parameters of a session, with their uncertainty; a failure is a result, not an error.
 
     `at_minimum` is called with the problem on its fine grid and the minima, for what else is to be asked of them.
-    The result starts at the arc's first sunlit sample. Raises `InputError` where fewer than `FIRST_ARC_LIT` are.
+    The result starts at the arc's first sunlit sample. Raises `InputError` where fewer than `FIRST_ARC_LIT` are, and
+    where limb angles are given but none from there on.
     """
     began = time.perf_counter()
     progress("preparing", 0, 1)
@@ -71,7 +76,12 @@ def fit(
     max_rate = np.radians(settings.max_rate_deg_s)
     step = min(settings.step_s, step_for(RK4, max_rate, duration, COARSE_TOLERANCE))
     parameters = parametrization(nominal, settings.free, settings.prior)
-    coarse = build_problem(observations, noise=noise, max_step=step)
+    limb_sigma = None
+    if settings.limb_weight > 0.0:
+        limb_sigma = float(np.radians(settings.limb_sigma_deg) / np.sqrt(settings.limb_weight))
+    else:
+        observations = dataclasses.replace(observations, limb=None)
+    coarse = build_problem(observations, noise=noise, max_step=step, limb_sigma=limb_sigma)
     bright, sunlit = (each[: len(observations.t)] for each in (coarse.bright(), coarse.sunlit()))
     if (bright & sunlit).sum() < FIRST_ARC_LIT:
         raise InputError(
@@ -82,8 +92,11 @@ def fit(
     if first > 0:
         # The state is that at the arc's first sample, which must say something of it.
         observations = observations.since(first)
-        coarse = build_problem(observations, noise=noise, max_step=step)
+        coarse = build_problem(observations, noise=noise, max_step=step, limb_sigma=limb_sigma)
         bright, sunlit = bright[first:], sunlit[first:]
+    if coarse.limb is not None and not np.any(coarse.limb.known):
+        reason = f"none is measured from the first sunlit sample on, t = {observations.t[0]:g} s"
+        raise InputError(reason, field="limb angles")
     tabulated = time.perf_counter()
     # The solver compiles on one core while the first guesses are traced on the other.
     progress("compiling", 0, 1)
@@ -94,6 +107,8 @@ def fit(
     use = np.repeat(np.asarray(coarse.valid).astype(float)[:, None], 6, axis=1)
     # A sample on the wrong side of a shadow edge by a second says nothing about attitude: leave it out.
     use[: len(bright)][bright != sunlit] = 0.0
+    if coarse.limb is not None:
+        use = np.hstack([use, np.asarray(coarse.limb.known, float)])
 
     first_lit = np.flatnonzero(bright & sunlit)[:2]
     attitude, rate = first_guesses(
@@ -113,7 +128,7 @@ def fit(
     # The spin of the survivors, with room for the swing of the magnet in the field; nonsense may spin without limit.
     fastest = RATE_UNIT * float(np.linalg.norm(survivors.x[candidates(survivors.cost), 3:6], axis=1).max())
     step = min(settings.step_s, step_for(RK4, min(1.3 * fastest + 1e-3, 2.0 * max_rate), duration, FINE_TOLERANCE))
-    fine = build_problem(observations, noise=noise, max_step=step)
+    fine = build_problem(observations, noise=noise, max_step=step, limb_sigma=limb_sigma)
     if settings.adaptive is None:
         how = {"likelihood": settings.likelihood, "solver": settings.solver}
         refined = refine(fine, parameters, survivors, use, **how, progress=progress)

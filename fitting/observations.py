@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.limb import LimbAngles
 from fitting.problem import PAD_SAMPLES, PAD_STEPS, Problem
 from fitting.stored import Stored, hollow
 from jaxsat.environment import (
@@ -43,11 +44,14 @@ class Observations:
     """Of shadow and albedo [m]."""
     sun_eci: np.ndarray
     """[time 3] unit vectors."""
+    limb: np.ndarray | None = None
+    """[time 2] distance of body x from the limb and turn about it [rad], NaN where not measured; None: not at all."""
 
     def since(self, first: int) -> "Observations":
         """The samples from number `first` on."""
         t, currents, sun_eci = self.t[first:], self.currents[first:], self.sun_eci[first:]
-        return dataclasses.replace(self, t=t, currents=currents, sun_eci=sun_eci)
+        limb = None if self.limb is None else self.limb[first:]
+        return dataclasses.replace(self, t=t, currents=currents, sun_eci=sun_eci, limb=limb)
 
 
 def _tabulate(orbit, field, greenwich, rate, radius, node_times, sample_times, sun_eci):
@@ -87,8 +91,13 @@ def _layout(observations: Observations, max_step: float) -> tuple[StepGrid, tupl
     return grid, arguments
 
 
-def build_problem(observations: Observations, *, noise: float, max_step: float) -> Problem:
-    """Tables and padded measurements for steps of at most `max_step` [s]; `noise` is one sigma [A]."""
+def build_problem(
+    observations: Observations, *, noise: float, max_step: float, limb_sigma: float | None = None
+) -> Problem:
+    """Tables and padded measurements for steps of at most `max_step` [s]; `noise` is one sigma [A].
+
+    `limb_sigma` is that of the limb angles, their weight included [rad]; ValueError where there are any without it.
+    """
     grid, arguments = _layout(observations, max_step)
     orbit_table, light = tabulate(*arguments)
     extra = len(grid.sample_index) - len(observations.t)
@@ -99,4 +108,18 @@ def build_problem(observations: Observations, *, noise: float, max_step: float) 
         measured=np.pad(observations.currents, ((0, extra), (0, 0))),
         valid=np.arange(len(grid.sample_index)) < len(observations.t),
         noise=np.asarray(noise),
+        limb=_limb_angles(observations, extra, limb_sigma),
+    )
+
+
+def _limb_angles(observations: Observations, extra: int, sigma: float | None) -> LimbAngles | None:
+    """The limb angles with `extra` samples of padding behind."""
+    if observations.limb is None:
+        return None
+    if sigma is None:
+        raise ValueError("build_problem: the observations hold limb angles, expected their limb_sigma [rad]")
+    angles = np.pad(observations.limb, ((0, extra), (0, 0)), constant_values=np.nan)
+    known = np.isfinite(angles)
+    return LimbAngles(
+        np.where(known, angles, 0.0), known, np.asarray(float(sigma)), np.asarray(observations.earth_radius)
     )

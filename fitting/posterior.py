@@ -65,7 +65,7 @@ class Target(eqx.Module):
     """Of the minimum."""
     reference: Float[Array | np.ndarray, "4"]
     """Attitude of the minimum at the grid's start."""
-    weight: Float[Array | np.ndarray, "samples 6"]
+    weight: Float[Array | np.ndarray, "samples channels"]
     factor: Float[Array | np.ndarray, "unknowns white"]
     """Cholesky factor of the covariance; rows of zeros for what is held."""
     bounds: tuple[Float[Array | np.ndarray, " unknowns"], Float[Array | np.ndarray, " unknowns"]]

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from fitting.limb import LimbAngles, limb_residuals
 from fitting.names import DYNAMIC, STATE
 from fitting.parameters import Parametrization, build_model
 from jaxsat.dynamics import AttitudeState
@@ -18,6 +19,9 @@ from jaxsat.simulate import simulate_on_grid
 PAD_SAMPLES = 16
 PAD_STEPS = 64
 """Samples and steps of a problem are padded to multiples of these."""
+
+CURRENTS = 6
+"""Channels of a sample that are panel currents; those of limb angles, where there are any, come after them."""
 
 RATE_UNIT = 1.0 / 60.0
 """Unit of the rate unknowns [rad/s]: a radian, the attitude's own unit, in a minute."""
@@ -37,6 +41,13 @@ class Problem(eqx.Module):
     """False for padding."""
     noise: Float[Array | np.ndarray, ""]
     """1-sigma of one current, quantisation included [A]."""
+    limb: LimbAngles | None = None
+    """Limb angles at the samples; None where none are to be fitted."""
+
+    @property
+    def channels(self) -> int:
+        """Measurements of a sample: six currents and, with limb angles, distance and turn."""
+        return CURRENTS + (0 if self.limb is None else 2)
 
     def bright(self) -> np.ndarray:
         """[samples] whether some current stands three sigmas out of the noise, on the host."""
@@ -50,8 +61,8 @@ class Problem(eqx.Module):
 class Prediction(eqx.Module):
     """Whitened residuals of one trajectory and the attitude behind them."""
 
-    residual: Float[Array, "samples 6"]
-    """(modelled - measured) / noise."""
+    residual: Float[Array, "samples channels"]
+    """(modelled - measured) / sigma."""
     quaternion: Float[Array, "samples 4"]
     angular_velocity: Float[Array, "samples 3"]
     rotation_jacobian: Float[Array, "samples 3 unknowns"]
@@ -64,7 +75,7 @@ def predict(
     x: Float[Array, " unknowns"],
     reference: Float[Array, "4"],
     blocks: Int[Array | np.ndarray, ""],
-) -> tuple[Prediction, Float[Array, "samples 6 unknowns"]]:
+) -> tuple[Prediction, Float[Array, "samples channels unknowns"]]:
     """Residuals of one start about the attitude `reference` at the grid's start, and their exact Jacobian.
 
     Only the state and the dynamic parameters are carried through the integration in forward mode; the sensor's own
@@ -102,19 +113,27 @@ def predict(
         return modelled, by_turn, by_sensor
 
     # Only the arc's samples: on the first, short arcs the sensor would cost more than the motion.
-    inputs = (q, problem.light, problem.measured, rotation)
-    blank = (jnp.zeros_like(problem.measured), jnp.zeros((*problem.measured.shape, x.shape[0]), dtype=x.dtype))
+    limb = problem.limb
+    sighted = (
+        None if limb is None else (problem.orbit.position_eci[jnp.asarray(problem.grid.sample_node)], limb.measured)
+    )
+    inputs = (q, problem.light, problem.measured, rotation, sighted)
+    shape = (len(problem.measured), problem.channels)
+    blank = (jnp.zeros(shape, dtype=x.dtype), jnp.zeros((*shape, x.shape[0]), dtype=x.dtype))
 
     def sample_block(number, carry):
         begin = number * PAD_SAMPLES
         part = jax.tree.map(lambda leaf: jax.lax.dynamic_slice_in_dim(jnp.asarray(leaf), begin, PAD_SAMPLES), inputs)
-        q, light, measured, rotation = part
+        q, light, measured, rotation, sighted = part
         modelled, by_turn, by_sensor = jax.vmap(at_sample)(q, light)
         new = (modelled - measured, jnp.concatenate([by_turn @ rotation, by_sensor], axis=-1))
+        new = jax.tree.map(lambda block: block / problem.noise, new)
+        if limb is not None:
+            off, by_turn = limb_residuals(limb, q, *sighted)
+            more = (off, jnp.pad(by_turn @ rotation, ((0, 0), (0, 0), (0, fixed.shape[0]))))
+            new = jax.tree.map(lambda currents, angles: jnp.concatenate([currents, angles], axis=1), new, more)
         return jax.tree.map(
-            lambda old, block: jax.lax.dynamic_update_slice_in_dim(old, block / problem.noise, begin, axis=0),
-            carry,
-            new,
+            lambda old, block: jax.lax.dynamic_update_slice_in_dim(old, block, begin, axis=0), carry, new
         )
 
     samples = jnp.sum(jnp.asarray(problem.grid.sample_index) <= blocks * BLOCK)

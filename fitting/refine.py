@@ -6,12 +6,12 @@ import jax
 import numpy as np
 
 from fitting.parameters import Parametrization
-from fitting.problem import Problem
+from fitting.problem import CURRENTS, Problem
 from fitting.solvers.least_squares import Point
 from fitting.solvers.multi_start import NONE, Progress, Stage, Starts, distinct, solve
 
 SAMPLE_LIMIT = 30.0
-"""Sum of squared residuals over the six panels of a sample, in sigmas, beyond which it is left out.
+"""Sum of squared residuals over the six panels of a sample, in sigmas, beyond which its currents are left out.
 
 Noise alone exceeds it once in 25 000 samples (chi-square, 6 degrees of freedom); a charge current limited to 80 %
 exceeds it by far, for the brightest panel of a box never carries less than 58 % of its maximum current.
@@ -80,8 +80,8 @@ def refine(
 ) -> Refined:
     """Refines the best survivors on the problem's own grid, and ranks the minima by one truncated cost.
 
-    `weight` [samples 6] is that of the currents; `likelihood` one of `LIKELIHOODS`, `solver` of
-    `chunk.EVALUATIONS`.
+    `weight` [samples channels] is that of the measurements; `likelihood`, one of `LIKELIHOODS`, is that of the
+    currents: a sample whose currents are left out keeps its limb angles; `solver` is one of `chunk.EVALUATIONS`.
     """
     chosen = survivors.take(candidates(survivors.cost))
     count = len(chosen.cost)
@@ -98,7 +98,7 @@ def refine(
     points = run(0, Stage(last, count, 12, ROBUST_SCALE, everything, solver=solver), chosen.x, chosen.reference, weight)
     limited = np.zeros(weight.shape[:2], bool)
     hopeless = np.zeros(count, bool)
-    used = (weight > 0).any(axis=2)
+    used = (weight[..., :CURRENTS] > 0).any(axis=2)
     bright = used & (np.asarray(problem.measured).max(axis=1) > 0)
     for number, share in enumerate(shares, start=1):
         if share.leave_out:
@@ -106,10 +106,11 @@ def refine(
             hopeless = limited.sum(axis=1) > MAX_LEFT_OUT * bright.sum(axis=1)
             limited &= ~hopeless[:, None]
         stage = Stage(last, count, 15, PLAIN, everything, share.tail, share.ceiling, solver=solver)
-        kept = np.where(limited[..., None], 0.0, weight)
+        kept = np.where(limited[..., None] & (np.arange(problem.channels) < CURRENTS), 0.0, weight)
         points = run(number, stage, np.asarray(points.x), np.asarray(points.reference), kept)
     x, reference = np.asarray(points.x), np.asarray(points.reference)
     score = 0.5 * (np.minimum(_sample_squares(points, weight), SAMPLE_LIMIT)).sum(axis=1)
+    score = score + 0.5 * _squares(points, weight)[..., CURRENTS:].sum(axis=(1, 2))
     score = score + 0.5 * (x[:, 6:] ** 2).sum(axis=1)
     order = distinct(Starts(x, reference, score), attitude=0.02, rate=2e-3)
     progress("refining", rounds, rounds)
@@ -117,4 +118,9 @@ def refine(
 
 
 def _sample_squares(points: Point, weight: np.ndarray) -> np.ndarray:
-    return (np.asarray(points.prediction.residual) ** 2 * weight).sum(axis=-1)
+    """[minima samples] of the currents."""
+    return _squares(points, weight)[..., :CURRENTS].sum(axis=-1)
+
+
+def _squares(points: Point, weight: np.ndarray) -> np.ndarray:
+    return np.asarray(points.prediction.residual) ** 2 * weight

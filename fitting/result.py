@@ -60,6 +60,10 @@ class FitResult:
     """[time] samples that the fit found to be current-limited or otherwise outlying and left out."""
     lit: np.ndarray
     """[time] outside the Earth's shadow."""
+    limb_samples: int = 0
+    """Samples whose limb angles were fitted."""
+    limb_rms_deg: float | None = None
+    """Of their residuals, as angles on the sphere; None where there are none."""
     alternatives: tuple[dict, ...] = ()
     """Other minima found: chi2 and attitude distance to the best one."""
     unseen: tuple[Direction, ...] = ()

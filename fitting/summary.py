@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 from fitting.names import MAGNET, MODEL, NAMED, POLAR, RODS, STATE, TILTS, TO_UNIT, UNITS
 from fitting.null_space import gauge_text, unseen_directions
 from fitting.parameters import Parametrization, build_model
-from fitting.problem import RATE_UNIT, Problem
+from fitting.problem import CURRENTS, RATE_UNIT, Problem
 from fitting.refine import Refined
 from fitting.result import AMBIGUOUS, CONVERGED, NOT_CONVERGED, FitResult, FittedParameter
 from fitting.stored import Stored
@@ -70,7 +70,8 @@ def summarize(
     x, names = best.x, parameters.names
     noise = float(problem.noise)
     measured = np.asarray(problem.measured)
-    modelled = measured + prediction.residual * noise
+    residual, weight = prediction.residual[:, :CURRENTS], best.weight[:, :CURRENTS]
+    modelled = measured + residual * noise
     values, values_jacobian, direct, field_body, field_angle = (
         np.asarray(array) for array in describe(problem, parameters, x[len(STATE) :], prediction.quaternion)
     )
@@ -78,14 +79,16 @@ def summarize(
     lower, upper = parameters.bounds()
     at_bound = ((x <= lower + 1e-9) & (best.gradient > 0)) | ((x >= upper - 1e-9) & (best.gradient < 0))
     # A panel that sees next to nothing reads an exact zero, which is no measurement of the noise.
-    informative = ((modelled > 0.25 * noise) | (measured > 0.0)) & (best.weight > 0)
-    residual = np.where(informative, prediction.residual, 0.0)
-    chi2 = float((residual**2).sum())
+    informative = ((modelled > 0.25 * noise) | (measured > 0.0)) & (weight > 0)
+    residual = np.where(informative, residual, 0.0)
+    sighted = best.weight[:, CURRENTS:] > 0
+    limb_residual = np.where(sighted, prediction.residual[:, CURRENTS:], 0.0)
+    chi2 = float((residual**2).sum() + (limb_residual**2).sum())
     # Unknowns that the prior holds take no degree of freedom from the data.
     prior_share = np.where(np.arange(len(x)) < len(STATE), 0.0, 1.0)
     cov = covariance(best.hessian, ~at_bound)
     held = prior_share * np.where(np.isfinite(np.diagonal(cov)), np.diagonal(cov), 1.0)
-    dof = int(round(informative.sum() - np.sum(~at_bound) + held[~at_bound].sum()))
+    dof = int(round(informative.sum() + sighted.sum() - np.sum(~at_bound) + held[~at_bound].sum()))
     ratio = chi2 / max(dof, 1)
 
     all_names, physical = physical_covariance(values_jacobian, cov)
@@ -125,6 +128,10 @@ def summarize(
     gradient = np.asarray(best.gradient)[finite]
     promise = 0.5 * float(gradient @ cov[np.ix_(finite, finite)] @ gradient)
     remarks = _remarks(refined, values, notes, dark_disagreement, ratio)
+    limb_rms_deg = None
+    if problem.limb is not None and sighted.any():
+        limb_rms_deg = float(np.degrees(np.sqrt((limb_residual**2).sum() / sighted.sum()) * float(problem.limb.sigma)))
+        remarks.append(f"limb angles fit to {limb_rms_deg:.2g} deg")
     # A limited charge current only takes away: samples left out though they are as bright as modelled are misfits.
     misfits = int((refined.limited[0] & (measured.sum(axis=1) > modelled.sum(axis=1) - 3.0 * noise)).sum())
     status, verdict = _verdict(
@@ -150,10 +157,12 @@ def summarize(
         measured_mA=1e3 * measured[:n],
         modelled_mA=1e3 * modelled[:n],
         modelled_direct_mA=1e3 * direct[:n],
-        weight=(informative * best.weight)[:n],
+        weight=(informative * weight)[:n],
         limited=refined.limited[0][:n],
         lit=problem.sunlit()[:n],
         unseen=unseen,
+        limb_samples=int(sighted.any(axis=1).sum()),
+        limb_rms_deg=limb_rms_deg,
         alternatives=alternatives,
     )
 

@@ -31,7 +31,7 @@ def _solve_chunk(
     bounds: tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]],
     x: Float[Array, "starts unknowns"],
     reference: Float[Array, "starts 4"],
-    weight: Float[Array, "starts samples 6"],
+    weight: Float[Array, "starts samples channels"],
 ) -> Point:
     """Minima of a few starts by a solver of `EVALUATIONS`; every leaf of the result has the starts in front."""
     solve = _named(solver)

@@ -51,7 +51,7 @@ def lbfgs(
     bounds: Bounds,
     x: Float[Array, " unknowns"],
     reference: Float[Array, "4"],
-    weight: Float[Array, "samples 6"],
+    weight: Float[Array, "samples channels"],
 ) -> Point:
     """Minimum of one start by L-BFGS (Liu & Nocedal 1989); `settings.iterations` counts evaluations.
 
@@ -129,7 +129,7 @@ def adam(
     bounds: Bounds,
     x: Float[Array, " unknowns"],
     reference: Float[Array, "4"],
-    weight: Float[Array, "samples 6"],
+    weight: Float[Array, "samples channels"],
 ) -> Point:
     """Best point on the way of one start by Adam (Kingma & Ba 2015), steps falling from `PEAK` to 0 as a half cosine.
 

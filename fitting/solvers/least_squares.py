@@ -12,7 +12,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from fitting.names import STATE
 from fitting.parameters import Parametrization
-from fitting.problem import Prediction, Problem, predict
+from fitting.problem import CURRENTS, Prediction, Problem, predict
 from jaxsat.math import quaternion
 
 FINISHED_DECREMENT = 1e-4
@@ -30,7 +30,7 @@ class Settings(eqx.Module):
     iterations: Int[Array | np.ndarray, ""]
     """Steps tried, accepted or not."""
     robust_scale: Float[Array | np.ndarray, ""]
-    """Residual, in sigmas, beyond which a current counts linearly; very large for plain least squares."""
+    """Residual, in sigmas, beyond which a measurement counts linearly; very large for plain least squares."""
     active: Bool[Array | np.ndarray, " unknowns"]
     """Unknowns that may move in this stage."""
     tail: Float[Array | np.ndarray, ""]
@@ -46,8 +46,8 @@ class Point(eqx.Module):
     """Unknowns; the attitude part is zero, for `reference` carries the attitude."""
     reference: Float[Array, "4"]
     """Attitude at the grid's start, inertial-from-body."""
-    weight: Float[Array, "samples 6"]
-    """Of each current: 1 where it is used as it is, 0 where it lies outside the arc or was left out."""
+    weight: Float[Array, "samples channels"]
+    """Of each measurement: 1 where it is used as it is, 0 where it lies outside the arc or was left out."""
     cost: Float[Array, ""]
     """Half the robust sum of squares, priors included."""
     gradient: Float[Array, " unknowns"]
@@ -60,13 +60,15 @@ class Point(eqx.Module):
 
 
 def robust_weight(
-    residual: Float[Array, "samples 6"], scale: Float[Array | np.ndarray, ""]
-) -> Float[Array, "samples 6"]:
+    residual: Float[Array, "samples channels"], scale: Float[Array | np.ndarray, ""]
+) -> Float[Array, "samples channels"]:
     """Weight of the pseudo-Huber loss 2 c^2 (sqrt(1 + (r/c)^2) - 1) (Charbonnier et al. 1997), 1 at r = 0."""
     return 1.0 / jnp.sqrt(1.0 + (residual / scale) ** 2)
 
 
-def robust_cost(residual: Float[Array, "samples 6"], scale: Float[Array | np.ndarray, ""]) -> Float[Array, "samples 6"]:
+def robust_cost(
+    residual: Float[Array, "samples channels"], scale: Float[Array | np.ndarray, ""]
+) -> Float[Array, "samples channels"]:
     """Pseudo-Huber loss, r^2 for small r; written without the difference that loses its digits at large `scale`."""
     square = residual**2
     return 2.0 * square / (1.0 + jnp.sqrt(1.0 + square / scale**2))
@@ -89,20 +91,27 @@ def sample_loss(
 
 
 def normal_equations(
-    r: Float[Array, "samples 6"],
-    J: Float[Array, "samples 6 unknowns"],
-    weight: Float[Array, "samples 6"],
+    r: Float[Array, "samples channels"],
+    J: Float[Array, "samples channels unknowns"],
+    weight: Float[Array, "samples channels"],
     x: Float[Array, " unknowns"],
     settings: Settings,
 ) -> tuple[Float[Array, ""], Float[Array, " unknowns"], Float[Array, "unknowns unknowns"]]:
-    """Cost, gradient and Gauss-Newton matrix; model parameters carry a unit prior in their own scale."""
-    loss, of_sample = sample_loss(jnp.sum(robust_cost(r, settings.robust_scale) * weight, axis=1), settings)
-    weight = robust_weight(r, settings.robust_scale) * weight * of_sample[:, None]
+    """Cost, gradient and Gauss-Newton matrix; model parameters carry a unit prior in their own scale.
+
+    The loss of a sample is that of its currents: what is wrong with them, as a limited charge current, is nothing to
+    the limb angles, which are robust each by itself.
+    """
+    square = robust_cost(r, settings.robust_scale) * weight
+    weight = robust_weight(r, settings.robust_scale) * weight
+    loss, of_sample = sample_loss(jnp.sum(square[:, :CURRENTS], axis=1), settings)
+    of_currents = weight[:, :CURRENTS] * of_sample[:, None]
+    weight = jnp.concatenate([of_currents, weight[:, CURRENTS:]], axis=1)
     prior = jnp.arange(x.shape[0]) >= len(STATE)
     flat_j = J.reshape(-1, J.shape[-1])
     weighted_j = (J * weight[..., None]).reshape(flat_j.shape)
     pull = jnp.where(prior, x, 0.0)
-    cost = 0.5 * jnp.sum(loss) + 0.5 * pull @ pull
+    cost = 0.5 * jnp.sum(loss) + 0.5 * jnp.sum(square[:, CURRENTS:]) + 0.5 * pull @ pull
     gradient = weighted_j.T @ r.reshape(-1) + pull
     return cost, gradient, weighted_j.T @ flat_j + jnp.diag(prior.astype(x.dtype))
 
@@ -136,7 +145,10 @@ def blank_prediction(problem: Problem, unknowns: int) -> Prediction:
     """Zeros in the shape of a prediction."""
     samples = problem.measured.shape[0]
     return Prediction(
-        jnp.zeros((samples, 6)), jnp.zeros((samples, 4)), jnp.zeros((samples, 3)), jnp.zeros((samples, 3, unknowns))
+        jnp.zeros((samples, problem.channels)),
+        jnp.zeros((samples, 4)),
+        jnp.zeros((samples, 3)),
+        jnp.zeros((samples, 3, unknowns)),
     )
 
 
@@ -144,7 +156,7 @@ def unevaluated(
     problem: Problem,
     x: Float[Array, " unknowns"],
     reference: Float[Array, "4"],
-    weight: Float[Array, "samples 6"],
+    weight: Float[Array, "samples channels"],
     damping: float,
 ) -> Point:
     """A start as an infinitely bad point with a zero gradient, for the first pass of a solver's loop to evaluate.
@@ -171,7 +183,7 @@ def evaluate(
     settings: Settings,
     x: Float[Array, " unknowns"],
     reference: Float[Array, "4"],
-    weight: Float[Array, "samples 6"],
+    weight: Float[Array, "samples channels"],
     damping: Float[Array, ""],
 ) -> Point:
     """The point reached at `x`, with the attitude part of `x` moved into the reference."""
@@ -190,7 +202,7 @@ def levenberg_marquardt(
     bounds: tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]],
     x: Float[Array, " unknowns"],
     reference: Float[Array, "4"],
-    weight: Float[Array, "samples 6"],
+    weight: Float[Array, "samples channels"],
 ) -> Point:
     """Minimum of one start (Marquardt 1963; damping on the scaled diagonal, one evaluation a step)."""
     lower, upper = bounds

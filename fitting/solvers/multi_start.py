@@ -116,11 +116,11 @@ def _solve(problem, parameters, stage, x, reference, weight, select: Callable[[P
 
     Chunks of fixed shape, padded with copies of the first start, on two threads.
 
-    `weight` is [samples 6] or [starts samples 6]; samples after the stage's arc are left out here.
+    `weight` is [samples channels] or [starts samples channels]; samples after the stage's arc are left out here.
     """
     count = len(x)
     inside = np.arange(weight.shape[-2]) <= stage.last_sample
-    weight = np.broadcast_to(weight * inside[:, None], (count, len(inside), 6))
+    weight = np.broadcast_to(weight * inside[:, None], (count, len(inside), weight.shape[-1]))
     chunk = NARROW_CHUNK if stage.narrow else 1 if count <= ALONE else CHUNK
     order = np.concatenate([np.arange(count), np.zeros(-count % chunk, dtype=int)])
     common = (problem, parameters, stage.solver, _settings(problem, stage), parameters.bounds())
@@ -144,7 +144,7 @@ def compile_solvers(problem: Problem, parameters: Parametrization, schedule: lis
     def start(own: Parametrization, chunk: int, solver: str) -> None:
         unknowns = len(own.names)
         settings = _settings(problem, Stage(0, 1, 0, 1.0, np.zeros(unknowns, bool)))
-        starts = (np.zeros((chunk, unknowns)), np.zeros((chunk, 4)), np.zeros((chunk, samples, 6)))
+        starts = (np.zeros((chunk, unknowns)), np.zeros((chunk, 4)), np.zeros((chunk, samples, problem.channels)))
         solve_chunk.compile(problem, own, solver, settings, own.bounds(), *starts)
 
     for stage in schedule[:1]:

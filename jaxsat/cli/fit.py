@@ -11,7 +11,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter, validators
+from cyclopts import CycloptsError, Parameter, validators
 
 from fitting.names import NAMED, STATE
 from jaxsat.cli.options import Arc, ConfigFile, Drop, Free, whole_number
@@ -70,6 +70,14 @@ def fit(
             validator=_check_profiles,
         ),
     ] = None,
+    limb: Annotated[
+        Path | None,
+        Parameter(
+            help="CSV of limb angles, fitted with the currents of the one session: utc,distance_deg,turn_deg, the "
+            "angle of body x from the Earth's limb (positive outside) and atan2(z, y) of the nadir in body axes; an "
+            "empty cell is not measured. Keys of the configuration: fit.limb_sigma_deg, fit.limb_weight.",
+        ),
+    ] = None,
     out: Annotated[Path, Parameter(help="Directory for the results.")] = Path("jaxsat-fit"),
     plots: Annotated[bool, Parameter(help="Draw pictures.")] = True,
 ) -> int:
@@ -87,6 +95,8 @@ def fit(
     Example: jaxsat fit --profile imax --profile albedo.specular
     """
     began = time.perf_counter()
+    if limb is not None and files and len(files) > 1:
+        raise CycloptsError(msg=f"--limb holds the angles of one session, but {len(files)} files are given.")
     settings = read_settings(config, free=free, arc=arc, drop=drop, starts=starts, seed=seed)
     if not files:
         print(f"jaxsat: no file given: fitting the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
@@ -95,7 +105,7 @@ def fit(
     clock = Clock(began, load_numerics(began))
     profiles = tuple(profile or ())
     if len(files) == 1:
-        return fit_one(files[0], out, settings, clock=clock, plots=plots, profiles=profiles).exit_status
+        return fit_one(files[0], out, settings, clock=clock, plots=plots, profiles=profiles, limb=limb).exit_status
 
     from jaxsat.cli.fit_many import fit_many
 
@@ -167,15 +177,17 @@ def fit_one(
     clock: Clock,
     plots: bool,
     profiles: tuple[str, ...] = (),
+    limb: Path | None = None,
     quiet: bool = False,
 ) -> Outcome:
     """Fits one file, writes its directory whole or not at all, prints a summary; raises `InputError`.
 
-    `profiles` names the parameters that get a profile.
+    `profiles` names the parameters that get a profile; `limb` is a file of limb angles.
     """
     from fitting.fit import fit
     from jaxsat.cli.fit_files import FILES, write_fit
     from jaxsat.cli.inputs import fit_settings, nominal, observations
+    from jaxsat.cli.limb import LimbInput
     from jaxsat.cli.profiles import Profiler
     from jaxsat.cli.progress import StageProgress
     from jaxsat.cli.session import prepare_session
@@ -186,12 +198,13 @@ def fit_one(
     # Staged before the work starts: a directory that cannot be written is known at once.
     with staged_directory(directory, FILES) as stage:
         prepared = prepare_session(path, settings)
+        sighted = LimbInput.read(limb, prepared.session, settings)
         before = {"import": clock.imported, "prepare": time.perf_counter() - start}
         if plots:
             # Importing matplotlib costs half a second; the solver leaves one core to Python.
             threading.Thread(target=importlib.import_module, args=("jaxsat.plotting",), daemon=True).start()
         with StageProgress(prepared.label) as progress:
-            samples = observations(prepared.session, prepared.orbit_fit, settings)
+            samples = observations(prepared.session, prepared.orbit_fit, settings, sighted.angles)
             try:
                 profiler = Profiler(profiles, settings, progress)
                 result = fit(samples, nominal(settings), fit_settings(settings), progress=progress, at_minimum=profiler)
@@ -201,7 +214,11 @@ def fit_one(
             timing = {**before, **result.timing_s}
             timing["prepare"] = before["prepare"] + result.timing_s.get("prepare", 0.0)
             result = dataclasses.replace(result, timing_s=timing)
-            found = {"profiles": profiler.profiles, "remarks": profiler.reasons}
+            found = {
+                "profiles": profiler.profiles,
+                "limb": sighted.matched,
+                "remarks": [*sighted.remarks, *profiler.reasons],
+            }
             result, warnings = write_fit(stage, result, prepared, settings, began=clock.began, plots=plots, **found)
     if not quiet:
         show(fit_summary(result, prepared.label), f"\nresults in {directory}")

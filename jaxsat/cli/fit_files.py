@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from fitting.names import NAMED, STATE
 from jaxsat.cli.fit_page import fit_page, profile_picture
+from jaxsat.cli.limb import limb_document
 from jaxsat.cli.output import (
     ATTITUDE_COLUMNS,
     CURRENT_COLUMNS,
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from fitting.result import FitResult
     from jaxsat.cli.session import PreparedSession
     from jaxsat.cli.settings import Config
+    from jaxsat.telemetry.limb_angles import MatchedLimbAngles
 
 FILES = (
     "attitude.csv",
@@ -51,11 +53,12 @@ def write_fit(
     began: float,
     plots: bool,
     profiles: Sequence["Profile"] = (),
+    limb: "MatchedLimbAngles | None" = None,
     remarks: Sequence[str] = (),
 ) -> tuple["FitResult", list[str]]:
     """Writes the files of one fit; returns the result with its total time since `began` (perf_counter) and warnings.
 
-    `remarks` are warnings that are there already.
+    `limb` are the limb angles that were fitted too; `remarks` are warnings that are there already.
     """
     from fitting.diagnostics import diagnose
 
@@ -70,12 +73,17 @@ def write_fit(
 
     result = dataclasses.replace(result, timing_s={**result.timing_s, "total": time.perf_counter() - began})
     document, nulls = fit_document(
-        result, telemetry=prepared.telemetry, epoch=epoch, diagnostics=diagnostics, profiles=profiles
+        result,
+        telemetry=prepared.telemetry,
+        epoch=epoch,
+        diagnostics=diagnostics,
+        profiles=profiles,
+        limb=None if limb is None else limb_document(limb, result),
     )
     warnings = [*remarks, *(f"{place} is not a finite number and stands as null in fit.json" for place in nulls)]
     if not prepared.orbit_fit.converged:
         warnings.append(f"orbit: {prepared.orbit_fit.message}")
-    provenance = provenance_document(result, prepared, config, warnings)
+    provenance = provenance_document(result, prepared, config, warnings, limb)
     report = fit_page(
         result,
         prepared,
@@ -145,14 +153,20 @@ def draw_profiles(profiles: Sequence["Profile"], subtitle: str) -> dict[str, byt
 
 
 def provenance_document(
-    result: "FitResult", prepared: "PreparedSession", config: "Config", warnings: list[str]
+    result: "FitResult",
+    prepared: "PreparedSession",
+    config: "Config",
+    warnings: list[str],
+    limb: "MatchedLimbAngles | None" = None,
 ) -> dict[str, Any]:
     """Returns what is needed to repeat the fit and to judge it, beside what fit.json holds."""
     session = prepared.session
+    file = None if limb is None else {"file": str(limb.file.path), "sha256": limb.file.sha256}
     return {
         "schema": "jaxsat.provenance/1",
         "telemetry": prepared.telemetry,
         "sha256": session.sha256,
+        **({} if file is None else {"limb": file}),
         "seed": config.fit.seed,
         "versions": versions(),
         "settings": config.model_dump(mode="json"),

@@ -44,9 +44,11 @@ def fit_page(
     rows = parameter_rows(result.parameters)
     parameters = [(name, value, f"± {s}" if s else "", *rest) for name, value, s, *rest in rows]
     strong = [(a, b, f"{value:+.3f}") for a, b, value in strong_correlations(result.correlations)]
+    limb = provenance.get("limb")
     origin = [
         ("telemetry", prepared.telemetry),
         ("SHA-256 of the file", prepared.session.sha256),
+        *((("limb angles", limb["file"]), ("SHA-256 of their file", limb["sha256"])) if limb else ()),
         ("seed", str(provenance["seed"])),
         ("versions", ", ".join(f"{name} {version}" for name, version in provenance["versions"].items())),
     ]

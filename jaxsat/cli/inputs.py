@@ -44,8 +44,13 @@ def surroundings(session: "Session", orbit_fit: "OrbitFit", config: "Config") ->
     return Surroundings(greenwich_angle(session.epoch) if angle is None else angle, sun_eci)
 
 
-def observations(session: "Session", orbit_fit: "OrbitFit", config: "Config") -> Observations:
-    """Samples of the arc that is to be fitted; raises `InputError` where they cannot tell an attitude."""
+def observations(
+    session: "Session", orbit_fit: "OrbitFit", config: "Config", limb: np.ndarray | None = None
+) -> Observations:
+    """Samples of the arc that is to be fitted; raises `InputError` where they cannot tell an attitude.
+
+    `limb` [time 2] are the limb angles at all samples of the session [rad], NaN where not measured.
+    """
     around = surroundings(session, orbit_fit, config)
     inside = np.ones(len(session.t_s), bool)
     if config.fit.arc_s is not None:
@@ -69,6 +74,7 @@ def observations(session: "Session", orbit_fit: "OrbitFit", config: "Config") ->
         earth_rotation_rate=config.earth.rotation_rate_rad_s,
         earth_radius=1e3 * config.earth.radius_km,
         sun_eci=around.sun_eci[inside],
+        limb=None if limb is None else limb[inside],
     )
 
 
@@ -100,6 +106,8 @@ def fit_settings(config: "Config") -> FitSettings:
         step_s=fit.step_s,
         likelihood=fit.likelihood,
         solver=fit.solver,
+        limb_sigma_deg=fit.limb_sigma_deg,
+        limb_weight=fit.limb_weight,
         adaptive=AdaptiveRules(**fit.adaptive.model_dump(exclude={"on"})) if fit.adaptive.on else None,
         prior=PriorSigma(
             magnet=sigma.magnet_A_m2,

@@ -63,8 +63,12 @@ def fit_document(
     epoch: Epoch,
     diagnostics: "Diagnostics",
     profiles: Sequence["Profile"] = (),
+    limb: dict[str, Any] | None = None,
 ) -> tuple[dict[str, Any], list[str]]:
-    """Returns the content of fit.json, and the places in it where a number that is not finite became null."""
+    """Returns the content of fit.json, and the places in it where a number that is not finite became null.
+
+    The key `limb` is there only where limb angles were fitted.
+    """
     document: dict[str, Any] = {
         "schema": SCHEMA,
         "telemetry": telemetry,
@@ -74,6 +78,7 @@ def fit_document(
         "chi2": result.chi2,
         "dof": result.dof,
         "residual_rms_mA": result.residual_rms_mA,
+        **({} if limb is None else {"limb": limb}),
         "parameters": {
             p.name: {"value": p.value, "sigma": p.sigma if p.free else None, "unit": p.unit, "free": p.free}
             for p in result.parameters

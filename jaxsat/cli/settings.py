@@ -354,6 +354,12 @@ class Fit(_Section):
         description="solver of the last steps: levenberg_marquardt, or, to compare, lbfgs (10 times as long), adam "
         "(gradient descent, 100 times)",
     )
+    limb_sigma_deg: float = Field(
+        default=0.5, gt=0, le=180, description="1-sigma of a limb angle of --limb, on the sphere [deg]"
+    )
+    limb_weight: NonNegative = Field(
+        default=1.0, description="factor of the limb angles' inverse variance, vesABlimb [1]; 0 ignores their file"
+    )
     prior_sigma: PriorSigma = Field(default=PriorSigma(), description="priors")
     adaptive: Adaptive = Field(default=Adaptive(), description="weights")
 

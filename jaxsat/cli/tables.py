@@ -75,6 +75,9 @@ def fit_facts(result: "FitResult") -> list[tuple[str, str]]:
         ("gauge", result.gauge or "none needed"),
         *([("held by the priors", _weak(result))] if any(not d.blind for d in result.unseen) else []),
     ]
+    if result.limb_rms_deg is not None:
+        text = f"{count_text(result.limb_samples, 'sample')}, residual RMS {value_text(result.limb_rms_deg, 3)} deg"
+        facts.append(("limb angles", text))
     facts += [(f"other minimum {n}", _alternative(other)) for n, other in enumerate(result.alternatives, 1)]
     facts.append(("time", ", ".join(f"{name} {seconds:.1f} s" for name, seconds in result.timing_s.items())))
     return facts

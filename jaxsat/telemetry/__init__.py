@@ -8,5 +8,9 @@ from jaxsat.telemetry.cleaning import clean as clean
 from jaxsat.telemetry.element_sets import ElementSet as ElementSet
 from jaxsat.telemetry.element_sets import nearest_element_set as nearest_element_set
 from jaxsat.telemetry.element_sets import read_element_sets as read_element_sets
+from jaxsat.telemetry.limb_angles import LimbAngleFile as LimbAngleFile
+from jaxsat.telemetry.limb_angles import MatchedLimbAngles as MatchedLimbAngles
+from jaxsat.telemetry.limb_angles import match_limb_angles as match_limb_angles
+from jaxsat.telemetry.limb_angles import read_limb_angles as read_limb_angles
 from jaxsat.telemetry.raw_sun import RawSunFile as RawSunFile
 from jaxsat.telemetry.raw_sun import read_raw_sun as read_raw_sun

@@ -1,0 +1,40 @@
+"""Angles of the Earth's limb as a sensor looking along body x gives them (Penkov et al. 2009, file `tABlimb`).
+
+The paper names the two angles and gives no formula; the zero of the turn and its sign are ours. The Earth is a sphere.
+Each function takes one attitude and one position; batch with `jax.vmap`.
+"""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from jaxsat.math import angle_between, quaternion, safe_norm, unit
+
+
+def nadir_body(q_inertial_from_body: Float[Array, "4"], position_eci: Float[Array, "3"]) -> Float[Array, "3"]:
+    """Unit vector to the Earth's centre, body axes; the position is inertial [m]."""
+    return quaternion.rotate_inverse(q_inertial_from_body, -unit(position_eci))
+
+
+def limb_distance(
+    q_inertial_from_body: Float[Array, "4"], position_eci: Float[Array, "3"], earth_radius: float | Float[Array, ""]
+) -> Float[Array, ""]:
+    """Angle from the limb to body x, angle(x, nadir) - asin(R / r) [rad]: positive outside the Earth's disk.
+
+    Its gradient by the attitude is zero where x points at the nadir or away from it: there the angle has a cusp.
+    NaN for a position inside the Earth, which has no limb.
+    """
+    nadir = nadir_body(q_inertial_from_body, position_eci)
+    x_axis = jnp.array([1.0, 0.0, 0.0], dtype=nadir.dtype)
+    return angle_between(x_axis, nadir) - jnp.arcsin(earth_radius / safe_norm(position_eci))
+
+
+def limb_turn(q_inertial_from_body: Float[Array, "4"], position_eci: Float[Array, "3"]) -> Float[Array, ""]:
+    """Turn of the limb about body x, atan2(nadir_z, nadir_y) in (-pi, pi] [rad].
+
+    It is zero where the nadir is on the side of body +y, pi/2 on that of +z, and falls as the satellite turns about
+    +x. Where x points at the nadir or away from it, to within rounding, there is no such angle: zero, with a zero
+    gradient, is returned.
+    """
+    _, y, z = nadir_body(q_inertial_from_body, position_eci)
+    pole = y * y + z * z <= jnp.finfo(y.dtype).eps ** 2
+    return jnp.arctan2(jnp.where(pole, 0.0, z), jnp.where(pole, 1.0, y))
