@@ -98,10 +98,12 @@ def fit(
         reason = f"none is measured from the first sunlit sample on, t = {observations.t[0]:g} s"
         raise InputError(reason, field="limb angles")
     tabulated = time.perf_counter()
-    # The solver compiles on one core while the first guesses are traced on the other.
+    # Programs compile in the background, in the order in which they are asked for, while the next one is traced.
     progress("compiling", 0, 1)
-    schedule = arc_schedule(bright & sunlit, len(observations.t) - 1, settings.free)
-    compile_solvers(coarse, parameters, schedule, settings.solver)
+    first_lit = np.flatnonzero(bright & sunlit)[:2]
+    guessing = (jax.random.key(settings.seed), settings.starts, jnp.asarray(first_lit), jnp.asarray(max_rate))
+    first_guesses.compile(coarse, parameters, *guessing)
+    compile_solvers(coarse, parameters, settings.solver)
     describe.compile(coarse, parameters, np.zeros(len(parameters.free)), np.zeros((len(coarse.valid), 4)))
 
     use = np.repeat(np.asarray(coarse.valid).astype(float)[:, None], 6, axis=1)
@@ -110,20 +112,13 @@ def fit(
     if coarse.limb is not None:
         use = np.hstack([use, np.asarray(coarse.limb.known, float)])
 
-    first_lit = np.flatnonzero(bright & sunlit)[:2]
-    attitude, rate = first_guesses(
-        coarse,
-        parameters,
-        jax.random.key(settings.seed),
-        settings.starts,
-        jnp.asarray(first_lit),
-        jnp.asarray(max_rate),
-    )
+    attitude, rate = first_guesses(coarse, parameters, *guessing)
     x = np.zeros((len(attitude), len(parameters.names)))
     x[:, 3:6] = np.asarray(rate) / RATE_UNIT
     starts = Starts(x, np.asarray(attitude), np.zeros(len(x)))
     compiled = time.perf_counter()
 
+    schedule = arc_schedule(bright & sunlit, len(observations.t) - 1, settings.free)
     survivors = grow(coarse, parameters, schedule, starts, use, progress)
     # The spin of the survivors, with room for the swing of the magnet in the field; nonsense may spin without limit.
     fastest = RATE_UNIT * float(np.linalg.norm(survivors.x[candidates(survivors.cost), 3:6], axis=1).max())

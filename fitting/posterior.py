@@ -18,7 +18,7 @@ from fitting.names import RODS, STATE, TO_UNIT, UNITS
 from fitting.parameters import Parametrization
 from fitting.problem import RATE_UNIT, Problem, predict
 from fitting.refine import PLAIN, Refined
-from fitting.solvers.least_squares import Settings, normal_equations
+from fitting.solvers.least_squares import Settings, normal_equations, priors
 from fitting.solvers.multi_start import NONE
 from fitting.summary import QUOTED_FIELD
 from fitting.uncertainty import covariance
@@ -84,7 +84,8 @@ class Target(eqx.Module):
         x = self.unknowns(u)
         reference = jnp.asarray(self.reference)
         prediction, jacobian = predict(self.problem, self.parameters, x, reference, self.settings.blocks)
-        cost, gradient, _ = normal_equations(prediction.residual, jacobian, jnp.asarray(self.weight), x, self.settings)
+        data = normal_equations(prediction.residual, jacobian, jnp.asarray(self.weight), self.settings)
+        cost, gradient, _ = jax.tree.map(jnp.add, data, priors(x))
         inside = self.inside(u)
         return jnp.where(inside, cost, jnp.inf), jnp.where(inside, jnp.asarray(self.factor).T @ gradient, 0.0)
 

@@ -1,5 +1,8 @@
 """The data of one fit: tables, measurements and weights, padded so that like files share a compiled program."""
 
+from collections.abc import Callable
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -7,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from fitting.limb import LimbAngles, limb_residuals
-from fitting.names import DYNAMIC, STATE
+from fitting.names import DYNAMIC, STATE, TILTS
 from fitting.parameters import Parametrization, build_model
 from jaxsat.dynamics import AttitudeState
 from jaxsat.environment import LightTable, OrbitTable
@@ -15,6 +18,7 @@ from jaxsat.integrators import BLOCK, StepGrid
 from jaxsat.math import quaternion
 from jaxsat.sensors.solar_panels import panel_currents
 from jaxsat.simulate import simulate_on_grid
+from jaxsat.spacecraft import SolarPanels
 
 PAD_SAMPLES = 16
 PAD_STEPS = 64
@@ -69,14 +73,19 @@ class Prediction(eqx.Module):
     """Small rotation in body axes [rad] for a unit change of each unknown."""
 
 
-def predict(
+def predict_blocks(
     problem: Problem,
     parameters: Parametrization,
     x: Float[Array, " unknowns"],
     reference: Float[Array, "4"],
     blocks: Int[Array | np.ndarray, ""],
-) -> tuple[Prediction, Float[Array, "samples channels unknowns"]]:
-    """Residuals of one start about the attitude `reference` at the grid's start, and their exact Jacobian.
+    visit: Callable[[Any, tuple[Array, Array], Array], Any],
+    carry: Any,
+) -> tuple[Prediction, Any]:
+    """Residuals of one start about the attitude `reference` at the grid's start, and what `visit` makes of the rest.
+
+    `carry` goes through `visit(carry, (residual, jacobian), begin)` for each block of `PAD_SAMPLES` samples of the arc,
+    the first of them number `begin`; the Jacobian [block channels unknowns] is exact and never there as a whole.
 
     Only the state and the dynamic parameters are carried through the integration in forward mode; the sensor's own
     parameters and the attitude at each sample enter by the chain rule.
@@ -85,9 +94,27 @@ def predict(
     n_moving = len(STATE) + len(free_dynamic)
     moving, fixed = x[:n_moving], x[n_moving:]
 
+    def model(x_model):
+        craft, albedo = build_model(parameters.values(x_model), jnp.asarray(parameters.reference_field))
+        panels = craft.panels
+        optical = (
+            panels.max_current,
+            panels.gains,
+            albedo,
+            *([panels.normals] if set(TILTS) & set(parameters.free) else []),
+        )
+        return (craft.inertia, craft.magnet, craft.rods.moments), optical, craft
+
+    # Once, and not in the loops that follow: to first order, which is all that a Jacobian asks, these are linear.
+    mechanical, optical, craft = model(x[6:])
+    by_model = jax.jacfwd(lambda x_model: model(x_model)[:2])(x[6:])
+
+    def near(there, slopes, shift, columns):
+        return jax.tree.map(lambda leaf, slope: leaf + slope[..., columns] @ shift, there, slopes)
+
     def motion(moving):
-        values = parameters.values(jnp.concatenate([moving[6:], fixed]))
-        spacecraft, _ = build_model(values, jnp.asarray(parameters.reference_field))
+        moved = near(mechanical, by_model[0], moving[6:] - x[6:n_moving], slice(n_moving - 6))
+        spacecraft = eqx.tree_at(lambda c: (c.inertia, c.magnet, c.rods.moments), craft, moved)
         q0 = quaternion.multiply(reference, quaternion.from_rotation_vector(moving[:3]))
         initial = AttitudeState(q0, moving[3:6] * RATE_UNIT)
         trajectory = simulate_on_grid(spacecraft, initial, problem.orbit, problem.grid, blocks=blocks)
@@ -100,10 +127,12 @@ def predict(
     rotation = 2.0 * product(tangents)[:, 1:]
 
     def currents(turn, fixed, q, light):
-        values = parameters.values(jnp.concatenate([moving[6:], fixed]))
-        spacecraft, albedo = build_model(values, jnp.asarray(parameters.reference_field))
+        max_current, gains, albedo, *tilted = near(
+            optical, by_model[1], fixed - x[n_moving:], slice(n_moving - 6, None)
+        )
+        panels = SolarPanels(tilted[0] if tilted else craft.panels.normals, max_current, gains)
         turned = quaternion.multiply(q, quaternion.from_rotation_vector(turn))
-        modelled = panel_currents(turned, spacecraft.panels, albedo, light)
+        modelled = panel_currents(turned, panels, albedo, light)
         return modelled, modelled
 
     def at_sample(q, light):
@@ -112,16 +141,14 @@ def predict(
         )
         return modelled, by_turn, by_sensor
 
-    # Only the arc's samples: on the first, short arcs the sensor would cost more than the motion.
     limb = problem.limb
     sighted = (
         None if limb is None else (problem.orbit.position_eci[jnp.asarray(problem.grid.sample_node)], limb.measured)
     )
     inputs = (q, problem.light, problem.measured, rotation, sighted)
-    shape = (len(problem.measured), problem.channels)
-    blank = (jnp.zeros(shape, dtype=x.dtype), jnp.zeros((*shape, x.shape[0]), dtype=x.dtype))
 
     def sample_block(number, carry):
+        residual, carry = carry
         begin = number * PAD_SAMPLES
         part = jax.tree.map(lambda leaf: jax.lax.dynamic_slice_in_dim(jnp.asarray(leaf), begin, PAD_SAMPLES), inputs)
         q, light, measured, rotation, sighted = part
@@ -132,12 +159,14 @@ def predict(
             off, by_turn = limb_residuals(limb, q, *sighted)
             more = (off, jnp.pad(by_turn @ rotation, ((0, 0), (0, 0), (0, fixed.shape[0]))))
             new = jax.tree.map(lambda currents, angles: jnp.concatenate([currents, angles], axis=1), new, more)
-        return jax.tree.map(
-            lambda old, block: jax.lax.dynamic_update_slice_in_dim(old, block, begin, axis=0), carry, new
-        )
+        residual = jax.lax.dynamic_update_slice_in_dim(residual, new[0], begin, axis=0)
+        return residual, visit(carry, new, begin)
 
+    # Only the arc's samples: on the first, short arcs the sensor would cost more than the motion.
     samples = jnp.sum(jnp.asarray(problem.grid.sample_index) <= blocks * BLOCK)
-    residual, jacobian = jax.lax.fori_loop(0, (samples + PAD_SAMPLES - 1) // PAD_SAMPLES, sample_block, blank)
+    count = (samples + PAD_SAMPLES - 1) // PAD_SAMPLES
+    blank = jnp.zeros((len(problem.measured), problem.channels), dtype=x.dtype)
+    residual, carry = jax.lax.fori_loop(0, count, sample_block, (blank, carry))
     padding = jnp.zeros((*rotation.shape[:2], fixed.shape[0]), dtype=rotation.dtype)
     prediction = Prediction(
         residual=residual,
@@ -145,4 +174,20 @@ def predict(
         angular_velocity=trajectory.angular_velocity,
         rotation_jacobian=jnp.concatenate([rotation, padding], axis=-1),
     )
-    return prediction, jacobian
+    return prediction, carry
+
+
+def predict(
+    problem: Problem,
+    parameters: Parametrization,
+    x: Float[Array, " unknowns"],
+    reference: Float[Array, "4"],
+    blocks: Int[Array | np.ndarray, ""],
+) -> tuple[Prediction, Float[Array, "samples channels unknowns"]]:
+    """Residuals of one start as in `predict_blocks`, and their whole Jacobian."""
+
+    def store(jacobian, new, begin):
+        return jax.lax.dynamic_update_slice_in_dim(jacobian, new[1], begin, axis=0)
+
+    blank = jnp.zeros((len(problem.measured), problem.channels, x.shape[0]), dtype=x.dtype)
+    return predict_blocks(problem, parameters, x, reference, blocks, store, blank)

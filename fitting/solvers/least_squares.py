@@ -12,8 +12,11 @@ from jaxtyping import Array, Bool, Float, Int
 
 from fitting.names import STATE
 from fitting.parameters import Parametrization
-from fitting.problem import CURRENTS, Prediction, Problem, predict
+from fitting.problem import CURRENTS, PAD_SAMPLES, Prediction, Problem, predict_blocks
 from jaxsat.math import quaternion
+
+LIMB_SCALE = 5.0
+"""Residual in sigmas beyond which a limb angle always counts linearly: no state of a sample covers its outliers."""
 
 FINISHED_DECREMENT = 1e-4
 """Cost below which a further step is not worth its time."""
@@ -60,14 +63,14 @@ class Point(eqx.Module):
 
 
 def robust_weight(
-    residual: Float[Array, "samples channels"], scale: Float[Array | np.ndarray, ""]
+    residual: Float[Array, "samples channels"], scale: Float[Array | np.ndarray, "..."]
 ) -> Float[Array, "samples channels"]:
     """Weight of the pseudo-Huber loss 2 c^2 (sqrt(1 + (r/c)^2) - 1) (Charbonnier et al. 1997), 1 at r = 0."""
     return 1.0 / jnp.sqrt(1.0 + (residual / scale) ** 2)
 
 
 def robust_cost(
-    residual: Float[Array, "samples channels"], scale: Float[Array | np.ndarray, ""]
+    residual: Float[Array, "samples channels"], scale: Float[Array | np.ndarray, "..."]
 ) -> Float[Array, "samples channels"]:
     """Pseudo-Huber loss, r^2 for small r; written without the difference that loses its digits at large `scale`."""
     square = residual**2
@@ -94,26 +97,32 @@ def normal_equations(
     r: Float[Array, "samples channels"],
     J: Float[Array, "samples channels unknowns"],
     weight: Float[Array, "samples channels"],
-    x: Float[Array, " unknowns"],
     settings: Settings,
 ) -> tuple[Float[Array, ""], Float[Array, " unknowns"], Float[Array, "unknowns unknowns"]]:
-    """Cost, gradient and Gauss-Newton matrix; model parameters carry a unit prior in their own scale.
+    """Cost, gradient and Gauss-Newton matrix of some samples.
 
     The loss of a sample is that of its currents: what is wrong with them, as a limited charge current, is nothing to
     the limb angles, which are robust each by itself.
     """
-    square = robust_cost(r, settings.robust_scale) * weight
-    weight = robust_weight(r, settings.robust_scale) * weight
+    scale = jnp.asarray(settings.robust_scale)
+    scale = jnp.where(jnp.arange(r.shape[1]) < CURRENTS, scale, jnp.minimum(scale, LIMB_SCALE))[None, :]
+    square = robust_cost(r, scale) * weight
     loss, of_sample = sample_loss(jnp.sum(square[:, :CURRENTS], axis=1), settings)
-    of_currents = weight[:, :CURRENTS] * of_sample[:, None]
-    weight = jnp.concatenate([of_currents, weight[:, CURRENTS:]], axis=1)
-    prior = jnp.arange(x.shape[0]) >= len(STATE)
+    weight = robust_weight(r, scale) * weight
+    weight = jnp.concatenate([weight[:, :CURRENTS] * of_sample[:, None], weight[:, CURRENTS:]], axis=1)
     flat_j = J.reshape(-1, J.shape[-1])
     weighted_j = (J * weight[..., None]).reshape(flat_j.shape)
+    cost = 0.5 * jnp.sum(loss) + 0.5 * jnp.sum(square[:, CURRENTS:])
+    return cost, weighted_j.T @ r.reshape(-1), weighted_j.T @ flat_j
+
+
+def priors(
+    x: Float[Array, " unknowns"],
+) -> tuple[Float[Array, ""], Float[Array, " unknowns"], Float[Array, "unknowns unknowns"]]:
+    """The same of the priors: one sigma of each parameter of the model is one in its own scale."""
+    prior = jnp.arange(x.shape[0]) >= len(STATE)
     pull = jnp.where(prior, x, 0.0)
-    cost = 0.5 * jnp.sum(loss) + 0.5 * jnp.sum(square[:, CURRENTS:]) + 0.5 * pull @ pull
-    gradient = weighted_j.T @ r.reshape(-1) + pull
-    return cost, gradient, weighted_j.T @ flat_j + jnp.diag(prior.astype(x.dtype))
+    return 0.5 * pull @ pull, pull, jnp.diag(prior.astype(x.dtype))
 
 
 def free_unknowns(
@@ -190,8 +199,15 @@ def evaluate(
     turn = quaternion.from_rotation_vector(x[:3])
     reference = quaternion.normalize(quaternion.multiply(reference, turn))
     x = x.at[:3].set(0.0)
-    prediction, jacobian = predict(problem, parameters, x, reference, settings.blocks)
-    cost, gradient, hessian = normal_equations(prediction.residual, jacobian, weight, x, settings)
+
+    def add(total, new, begin):
+        residual, jacobian = new
+        own = jax.lax.dynamic_slice_in_dim(weight, begin, PAD_SAMPLES)
+        return jax.tree.map(jnp.add, total, normal_equations(residual, jacobian, own, settings))
+
+    prediction, (cost, gradient, hessian) = predict_blocks(
+        problem, parameters, x, reference, settings.blocks, add, priors(x)
+    )
     return Point(x, reference, weight, cost, gradient, hessian, damping, prediction, jnp.full_like(cost, jnp.inf))
 
 

@@ -5,7 +5,6 @@ every start ends in a wrong one, while over the first few minutes the basin is w
 the spread of the survivors' rates and short enough that they stay inside the basin of the next.
 """
 
-import dataclasses
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -14,7 +13,6 @@ from typing import Any
 import jax
 import numpy as np
 
-from fitting.names import STATE
 from fitting.parameters import Parametrization
 from fitting.problem import Problem
 from fitting.solvers.chunk import EVALUATIONS, solve_chunk
@@ -22,10 +20,8 @@ from fitting.solvers.least_squares import Point, Settings
 from jaxsat.errors import InputError
 from jaxsat.integrators import BLOCK
 
-CHUNK, NARROW_CHUNK = 4, 16
-"""Starts in one call of a compiled program: with all unknowns, and with the few of the first arc."""
-ALONE = 2
-"""So many starts are not worth a chunk: each runs by itself."""
+CHUNK = 4
+"""Starts in one call of the compiled program."""
 
 HOPELESS = (5.0, 300.0)
 """A start is given up once its cost exceeds the first times the best one's plus the second.
@@ -53,8 +49,6 @@ class Stage:
     tail: float = NONE
     ceiling: float = NONE
     """As in `Settings`."""
-    narrow: bool = False
-    """The unknowns that are not active stand at their nominal values, so that they need not be there."""
     solver: str = "levenberg_marquardt"
     """One of `chunk.EVALUATIONS`."""
 
@@ -86,29 +80,16 @@ def solve(
 
 def advance(problem: Problem, parameters: Parametrization, stage: Stage, starts: Starts, weight: np.ndarray) -> Starts:
     """Where any number of starts end, and at what cost."""
-    x, own, own_stage, columns = starts.x, parameters, stage, np.arange(starts.x.shape[1])
-    if stage.narrow:
-        own, columns = _narrowed(parameters, stage.active)
-        own_stage = dataclasses.replace(stage, active=stage.active[columns])
-    found, reference, cost = _solve(
+    points = _solve(
         problem,
-        own,
-        own_stage,
-        x[:, columns],
+        parameters,
+        stage,
+        starts.x,
         starts.reference,
         weight,
         lambda point: (point.x, point.reference, point.cost),
     )
-    x = np.array(x)
-    x[:, columns] = found
-    return Starts(x, reference, cost)
-
-
-def _narrowed(parameters: Parametrization, active: np.ndarray) -> tuple[Parametrization, np.ndarray]:
-    """The same with the active parameters alone free, and where its unknowns stand among those of all."""
-    names = [name for name, flag in zip(parameters.free, active[len(STATE) :], strict=True) if flag]
-    columns = np.array([*range(len(STATE)), *(parameters.names.index(name) for name in names)])
-    return dataclasses.replace(parameters, free=tuple(names)), columns
+    return Starts(*points)
 
 
 def _solve(problem, parameters, stage, x, reference, weight, select: Callable[[Point], Any]) -> Any:
@@ -121,8 +102,7 @@ def _solve(problem, parameters, stage, x, reference, weight, select: Callable[[P
     count = len(x)
     inside = np.arange(weight.shape[-2]) <= stage.last_sample
     weight = np.broadcast_to(weight * inside[:, None], (count, len(inside), weight.shape[-1]))
-    chunk = NARROW_CHUNK if stage.narrow else 1 if count <= ALONE else CHUNK
-    order = np.concatenate([np.arange(count), np.zeros(-count % chunk, dtype=int)])
+    order = np.concatenate([np.arange(count), np.zeros(-count % CHUNK, dtype=int)])
     common = (problem, parameters, stage.solver, _settings(problem, stage), parameters.bounds())
 
     def run(part):
@@ -130,30 +110,20 @@ def _solve(problem, parameters, stage, x, reference, weight, select: Callable[[P
 
     # XLA runs a program of this size on one core and releases the GIL: two threads use two cores.
     with ThreadPoolExecutor(2) as pool:
-        points = list(pool.map(run, np.split(order, len(order) // chunk)))
+        points = list(pool.map(run, np.split(order, len(order) // CHUNK)))
     return jax.tree.map(lambda *leaves: np.concatenate(leaves)[:count], *points)
 
 
-def compile_solvers(problem: Problem, parameters: Parametrization, schedule: list[Stage], solver: str) -> None:
-    """Starts the compilation of the programs that growing arcs and refinement by `solver` need, in that order.
+def compile_solvers(problem: Problem, parameters: Parametrization, solver: str) -> None:
+    """Starts the compilation of what growing arcs and refinement by `solver` need in the background.
 
-    In the background, see `Stored.compile`.
+    See `Stored.compile`.
     """
-    samples = len(problem.valid)
-
-    def start(own: Parametrization, chunk: int, solver: str) -> None:
-        unknowns = len(own.names)
-        settings = _settings(problem, Stage(0, 1, 0, 1.0, np.zeros(unknowns, bool)))
-        starts = (np.zeros((chunk, unknowns)), np.zeros((chunk, 4)), np.zeros((chunk, samples, problem.channels)))
-        solve_chunk.compile(problem, own, solver, settings, own.bounds(), *starts)
-
-    for stage in schedule[:1]:
-        if stage.narrow:
-            start(_narrowed(parameters, stage.active)[0], NARROW_CHUNK, stage.solver)
-    start(parameters, CHUNK, Stage.solver)
-    if solver != Stage.solver:
-        start(parameters, CHUNK, solver)
-    start(parameters, 1, solver)
+    unknowns, samples = len(parameters.names), len(problem.valid)
+    settings = _settings(problem, Stage(0, 1, 0, 1.0, np.zeros(unknowns, bool)))
+    starts = (np.zeros((CHUNK, unknowns)), np.zeros((CHUNK, 4)), np.zeros((CHUNK, samples, problem.channels)))
+    for name in dict.fromkeys((Stage.solver, solver)):
+        solve_chunk.compile(problem, parameters, name, settings, parameters.bounds(), *starts)
 
 
 def _settings(problem: Problem, stage: Stage) -> Settings:

@@ -21,13 +21,13 @@ def arc_schedule(lit: np.ndarray, last: int, free: tuple[str, ...]) -> list[Stag
     state = np.isin(names, [*STATE, *ALBEDO])
     without_inertia = ~np.isin(names, INERTIA)
 
-    def stage(count: int | float, keep: int, iterations: int, active: np.ndarray, narrow: bool = False) -> Stage:
+    def stage(count: int | float, keep: int, iterations: int, active: np.ndarray) -> Stage:
         whole = count * 1.2 >= len(position)
         sample = last if whole else int(position[int(round(count)) - 1])
-        return Stage(sample, keep, iterations, ROBUST_SCALE, active, narrow=narrow)
+        return Stage(sample, keep, iterations, ROBUST_SCALE, active)
 
     # The first arc in two halves: the worse half of the starts shows itself within five steps.
-    stages = [stage(FIRST_ARC_LIT, keep, 5, state, narrow=True) for keep in (10**9, FIRST_KEEP)]
+    stages = [stage(FIRST_ARC_LIT, keep, 5, state) for keep in (10**9, FIRST_KEEP)]
     for number, keep in enumerate(KEEP):
         count = FIRST_ARC_LIT * ARC_GROWTH ** (number + 1)
         stages.append(stage(count, keep, 8, without_inertia if number == 0 else everything))

@@ -122,29 +122,38 @@ def integrate(
 
 
 def integrate_blocks(
-    step: Step, initial: PyTree, table: PyTree, lengths: Float[Array, " steps"], blocks: Int[Array | np.ndarray, ""]
+    step: Step,
+    initial: PyTree,
+    table: PyTree,
+    lengths: Float[Array, " steps"],
+    blocks: Int[Array | np.ndarray, ""],
+    kept: Int[Array | np.ndarray, " samples"],
 ) -> PyTree:
-    """Like `integrate`, but stops after `blocks` traced blocks of `BLOCK` steps; later states repeat the initial one.
+    """Like `integrate`, but stops after `blocks` traced blocks of `BLOCK` steps, and keeps the states `kept` alone.
 
+    `kept` are numbers of states in rising order, 0 the initial one; of those beyond the end the initial state stands.
     One compiled program serves every arc length. Forward-mode derivatives only.
     """
-    if lengths.shape[0] == 0:
-        return jax.tree.map(lambda a: a[None], initial)
-    inputs = (lengths, _per_step(table, lengths.shape[0]))
-    blank = jax.tree.map(lambda a: jnp.broadcast_to(a, (lengths.shape[0], *a.shape)), initial)
+    kept = jnp.asarray(kept)
+    states = jax.tree.map(lambda a: jnp.broadcast_to(a, (kept.shape[0] + 1, *a.shape)), initial)
+    first = jnp.searchsorted(kept, kept)
+    if lengths.shape[0] > 0:
+        number = jnp.arange(1, lengths.shape[0] + 1)
+        place = jnp.searchsorted(kept, number)
+        wanted = jnp.take(kept, place, mode="clip") == number
+        # One place more for what nobody asks for: to write it there costs less than to ask.
+        inputs = (lengths, _per_step(table, lengths.shape[0]), jnp.where(wanted, place, kept.shape[0]))
 
-    def advance(state, inputs):
-        state = step(state, *inputs)
-        return state, state
+        def advance(carry, inputs):
+            state, states = carry
+            *inputs, place = inputs
+            state = step(state, *inputs)
+            states = jax.tree.map(lambda a, b: jax.lax.dynamic_update_index_in_dim(a, b, place, 0), states, state)
+            return (state, states), None
 
-    def block(number, carry):
-        state, states = carry
-        part = jax.tree.map(lambda a: jax.lax.dynamic_slice_in_dim(a, number * BLOCK, BLOCK), inputs)
-        state, new = jax.lax.scan(advance, state, part)
-        states = jax.tree.map(
-            lambda a, b: jax.lax.dynamic_update_slice_in_dim(a, b, number * BLOCK, axis=0), states, new
-        )
-        return state, states
+        def block(number, carry):
+            part = jax.tree.map(lambda a: jax.lax.dynamic_slice_in_dim(a, number * BLOCK, BLOCK), inputs)
+            return jax.lax.scan(advance, carry, part)[0]
 
-    _, states = jax.lax.fori_loop(0, blocks, block, (initial, blank))
-    return _with_initial(initial, states)
+        _, states = jax.lax.fori_loop(0, blocks, block, (initial, states))
+    return jax.tree.map(lambda a: a[first], states)

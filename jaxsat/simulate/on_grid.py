@@ -66,9 +66,9 @@ def simulate_on_grid(
     lengths = jnp.asarray(grid.step)
     if blocks is None:
         states = integrate(step, initial, table, lengths, checkpoint_every=checkpoint_every)
+        at_samples = jax.tree.map(lambda a: a[grid.sample_index], states)
     else:
-        states = integrate_blocks(step, initial, table, lengths, blocks)
-    at_samples = jax.tree.map(lambda a: a[grid.sample_index], states)
+        at_samples = integrate_blocks(step, initial, table, lengths, blocks, grid.sample_index)
     return Trajectory(at_samples.quaternion, at_samples.angular_velocity, at_samples.rod_lag, grid)
 
 

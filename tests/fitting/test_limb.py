@@ -235,14 +235,14 @@ def test_what_is_wrong_with_currents_is_nothing_to_limb_angles():
     J = np.random.default_rng(3).normal(size=(2, 8, 6))
     none = jnp.asarray(NONE)
     settings = Settings(jnp.asarray(0), jnp.asarray(1), none, jnp.ones(6, bool), none, jnp.asarray(30.0))
-    cost, gradient, hessian = normal_equations(
-        jnp.asarray(residual), jnp.asarray(J), jnp.ones((2, 8)), jnp.zeros(6), settings
-    )
+    cost, gradient, hessian = normal_equations(jnp.asarray(residual), jnp.asarray(J), jnp.ones((2, 8)), settings)
     kept = np.ones((2, 8))
     kept[0, :6] = 0.0
+    # Each limb angle is robust by itself, a pseudo-Huber loss of scale 5, in place of a state of the sample.
+    kept[:, 6:] = 1.0 / np.sqrt(1.0 + (residual[:, 6:] / 5.0) ** 2)
     weighted = J * kept[..., None]
     np.testing.assert_allclose(gradient, np.einsum("sc,scu->u", residual, weighted), atol=1e-12)
     # The mixture takes exp(-15) of the weight of a sample without residuals too.
     np.testing.assert_allclose(hessian, np.einsum("scu,scv->uv", weighted, J), atol=1e-5)
-    # The ceiling for the currents of the first sample, squares for the limb angles.
-    assert float(cost) == pytest.approx(0.5 * (30.0 + 5.0 + 0.25), abs=1e-5)
+    huber = 50.0 * (np.sqrt(1.0 + (residual[:, 6:] / 5.0) ** 2) - 1.0).sum()
+    assert float(cost) == pytest.approx(0.5 * (30.0 + huber), abs=1e-5)

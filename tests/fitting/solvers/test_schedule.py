@@ -37,7 +37,7 @@ def test_arcs_grow_to_the_whole_session(count, dark):
 def test_what_is_free_grows_with_the_arc():
     names = np.array([*STATE, *MODEL])
     stages = arc_schedule(np.ones(60, bool), 59, MODEL)
-    assert all(len(stage.active) == 26 and stage.active[:6].all() for stage in stages)
+    assert all(len(stage.active) == 38 and stage.active[:6].all() for stage in stages)
     first = set(names[stages[0].active])
     assert first == {*STATE, "albedo.specular", "albedo.diffuse"}
     assert all(np.all(a.active <= b.active) for a, b in zip(stages, stages[1:], strict=False))
