@@ -17,7 +17,7 @@ from fitting.refine import Refined, candidates, refine
 from fitting.result import FitResult
 from fitting.solvers.multi_start import Progress, Starts, compile_solvers, grow
 from fitting.solvers.schedule import FIRST_ARC_LIT, arc_schedule
-from fitting.starts import first_guesses
+from fitting.starts import filled_in, first_guesses, first_unknowns, silent_panels
 from fitting.summary import describe, summarize
 from jaxsat.errors import InputError
 from jaxsat.integrators import RK4, step_for
@@ -101,9 +101,12 @@ def fit(
     # Programs compile in the background, in the order in which they are asked for, while the next one is traced.
     progress("compiling", 0, 1)
     first_lit = np.flatnonzero(bright & sunlit)[:2]
-    guessing = (jax.random.key(settings.seed), settings.starts, jnp.asarray(first_lit), jnp.asarray(max_rate))
+    measured = np.asarray(coarse.measured)
+    silent = silent_panels(measured, noise, parameters)
+    seen = jnp.asarray(filled_in(measured, noise, silent, nominal.max_current))
+    guessing = (seen, jax.random.key(settings.seed), settings.starts, jnp.asarray(first_lit), jnp.asarray(max_rate))
     first_guesses.compile(coarse, parameters, *guessing)
-    compile_solvers(coarse, parameters, settings.solver)
+    compilations = compile_solvers(coarse, parameters, settings.solver)
     describe.compile(coarse, parameters, np.zeros(len(parameters.free)), np.zeros((len(coarse.valid), 4)))
 
     use = np.repeat(np.asarray(coarse.valid).astype(float)[:, None], 6, axis=1)
@@ -113,9 +116,12 @@ def fit(
         use = np.hstack([use, np.asarray(coarse.limb.known, float)])
 
     attitude, rate = first_guesses(coarse, parameters, *guessing)
-    x = np.zeros((len(attitude), len(parameters.names)))
+    x = np.tile(first_unknowns(parameters, silent), (len(attitude), 1))
     x[:, 3:6] = np.asarray(rate) / RATE_UNIT
     starts = Starts(x, np.asarray(attitude), np.zeros(len(x)))
+    for compilation in compilations:
+        if compilation is not None:
+            compilation.result()
     compiled = time.perf_counter()
 
     schedule = arc_schedule(bright & sunlit, len(observations.t) - 1, settings.free)

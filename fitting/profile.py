@@ -17,10 +17,10 @@ from fitting.names import GAINS, MAGNET, NAMED, RODS, STATE, TO_UNIT, UNITS
 from fitting.parameters import Parametrization
 from fitting.problem import RATE_UNIT, Problem
 from fitting.profile_walk import Held, Step, walk
-from fitting.refine import Refined
+from fitting.refine import CONVERGED_DECREMENT, Refined
 from fitting.solvers.multi_start import NONE, Progress
-from fitting.summary import CONVERGED_DECREMENT, QUOTED_FIELD, describe
-from fitting.uncertainty import covariance, physical_covariance
+from fitting.summary import QUOTED_FIELD, describe
+from fitting.uncertainty import at_bound, covariance, physical_covariance
 from jaxsat.errors import InputError
 
 REACH = 3.0
@@ -83,9 +83,8 @@ def profile(
     _, values_jacobian, *_ = describe(problem, parameters, best.x[len(STATE) :], best.prediction.quaternion)
     jacobian = np.asarray(values_jacobian)
     lower, upper = parameters.bounds()
-    at_bound = ((best.x <= lower + 1e-9) & (best.gradient > 0)) | ((best.x >= upper - 1e-9) & (best.gradient < 0))
     k = parameters.names.index(name)
-    free = ~at_bound
+    free = ~at_bound(best.x, best.gradient, (lower, upper))
     sigma = _sigma(parameters, name, jacobian, covariance(best.hessian, free)) if free[k] else None
     free[k] = True
     held, spread = _choose_held(parameters, name, jacobian, best.hessian, free)

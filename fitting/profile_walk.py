@@ -7,10 +7,9 @@ import numpy as np
 
 from fitting.parameters import Parametrization
 from fitting.problem import Problem
-from fitting.refine import PLAIN
+from fitting.refine import CONVERGED_DECREMENT, PLAIN
 from fitting.solvers.least_squares import Point
 from fitting.solvers.multi_start import Progress, Stage, solve
-from fitting.summary import CONVERGED_DECREMENT
 
 SPACING = 0.8
 """Distance between two points aimed at, as a difference of roots of twice the cost's rise [sigma]."""

@@ -9,6 +9,7 @@ from fitting.parameters import Parametrization
 from fitting.problem import CURRENTS, Problem
 from fitting.solvers.least_squares import Point
 from fitting.solvers.multi_start import NONE, Progress, Stage, Starts, distinct, solve
+from fitting.uncertainty import at_bound, covariance, promised_saving
 
 SAMPLE_LIMIT = 30.0
 """Sum of squared residuals over the six panels of a sample, in sigmas, beyond which its currents are left out.
@@ -21,6 +22,10 @@ MAX_LEFT_OUT = 0.35
 ROBUST_SCALE, PLAIN = 3.0, 1e4
 TAIL = 6.0
 """Degrees of freedom of Student's distribution, as many as a sample has currents."""
+CONVERGED_DECREMENT = 1e-2
+"""An undamped step would improve the cost by less than this: a tenth of a sigma in every direction."""
+MORE_ROUNDS = 3
+"""Rounds more, with fresh damping, while a minimum is not reached so far."""
 MAX_MINIMA = 8
 """Minima compared on the whole arc."""
 
@@ -108,6 +113,10 @@ def refine(
         stage = Stage(last, count, 15, PLAIN, everything, share.tail, share.ceiling, solver=solver)
         kept = np.where(limited[..., None] & (np.arange(problem.channels) < CURRENTS), 0.0, weight)
         points = run(number, stage, np.asarray(points.x), np.asarray(points.reference), kept)
+    for _ in range(MORE_ROUNDS):
+        if not any(_unsettled(points, k, parameters) for k in range(count)):
+            break
+        points = run(rounds - 1, stage, np.asarray(points.x), np.asarray(points.reference), kept)
     x, reference = np.asarray(points.x), np.asarray(points.reference)
     score = 0.5 * (np.minimum(_sample_squares(points, weight), SAMPLE_LIMIT)).sum(axis=1)
     score = score + 0.5 * _squares(points, weight)[..., CURRENTS:].sum(axis=(1, 2))
@@ -115,6 +124,15 @@ def refine(
     order = distinct(Starts(x, reference, score), attitude=0.02, rate=2e-3)
     progress("refining", rounds, rounds)
     return Refined(jax.tree.map(lambda leaf: leaf[order], points), score[order], limited[order], hopeless[order])
+
+
+def _unsettled(points: Point, k: int, parameters: Parametrization) -> bool:
+    """Whether minimum number `k` is one that more steps would lower."""
+    x, gradient, information = (np.asarray(leaf)[k] for leaf in (points.x, points.gradient, points.hessian))
+    if not np.isfinite(np.asarray(points.cost)[k]):
+        return False
+    pressed = at_bound(x, gradient, parameters.bounds())
+    return promised_saving(gradient, covariance(information, ~pressed), pressed) > CONVERGED_DECREMENT
 
 
 def _sample_squares(points: Point, weight: np.ndarray) -> np.ndarray:

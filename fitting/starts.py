@@ -2,13 +2,50 @@
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from fitting.local.roll_search import search_roll
-from fitting.parameters import Parametrization, build_model
+from fitting.names import GAINS, MODEL
+from fitting.parameters import GAINS_SLICE, Parametrization, build_model
 from fitting.problem import Problem
 from fitting.stored import Stored
 from jaxsat.math import cross, quaternion, unit
+
+
+def silent_panels(measured: np.ndarray, noise: float, parameters: Parametrization) -> np.ndarray:
+    """[6] panels of free gain that never show light while others do: dead, unless the data say otherwise."""
+    dark = ~np.any(measured > 3.0 * noise, axis=0)
+    return dark & np.isin(GAINS, parameters.free) & ~np.all(dark)
+
+
+def first_unknowns(parameters: Parametrization, silent: np.ndarray) -> np.ndarray:
+    """[unknowns] all at their nominal values, but no gain where a panel is silent, and the others as bright as ever."""
+    x = np.zeros(len(parameters.names))
+    lower, _ = parameters.bounds()
+    dead = [parameters.names.index(GAINS[panel]) for panel in np.flatnonzero(silent)]
+    x[dead] = lower[dead]
+    if len(dead) and parameters.gains_gauged:
+        # The gauge would spread the common mean over the panels that are left.
+        gains = np.asarray(parameters.nominal)[GAINS_SLICE]
+        share = gains[~silent].sum() / gains.sum()
+        imax = MODEL.index("imax")
+        x[parameters.names.index("imax")] = (share - 1.0) * float(parameters.nominal[imax] / parameters.scale[imax])
+    return x
+
+
+def filled_in(measured: np.ndarray, noise: float, silent: np.ndarray, max_current: float) -> np.ndarray:
+    """[samples 6] currents in which a silent panel has what the Sun leaves to it where its opposite is dark too.
+
+    The squares of the cosines to three axes add up to one; without this the first guess would put the Sun across it.
+    """
+    currents = measured.copy()
+    for panel in np.flatnonzero(silent):
+        opposite = currents[:, panel ^ 1]
+        rest = max_current**2 - (currents**2).sum(axis=1)
+        left = np.sqrt(np.maximum(rest, 0.0))
+        currents[:, panel] = np.where(opposite <= 3.0 * noise, left, 0.0)
+    return currents
 
 
 def sun_direction_body(currents: Float[Array, "6"]) -> Float[Array, "3"]:
@@ -52,6 +89,7 @@ def random_starts(
 def _first_guesses(
     problem: Problem,
     parameters: Parametrization,
+    measured: Float[Array, "samples 6"],
     key: PRNGKeyArray,
     count: int,
     samples: Int[Array, "2"],
@@ -59,11 +97,11 @@ def _first_guesses(
 ) -> tuple[Float[Array, "starts 4"], Float[Array, "starts 3"]]:
     """`count` random starts and, in front of them, those of the local method with x along the field.
 
-    `samples` are the first two lit ones: each pair of their best field-aligned attitudes gives a start and its rate.
+    `measured` are the currents, of dead panels `filled_in`. `samples` are the first two lit ones: each pair of their
+    best field-aligned attitudes gives a start and its rate.
     """
     spacecraft, _ = build_model(jnp.asarray(parameters.nominal), jnp.asarray(parameters.reference_field))
     first = samples[0]
-    measured = jnp.asarray(problem.measured)
     attitude, rate = random_starts(key, count, measured[first], problem.light.sun_eci[first], max_rate)
 
     def local(sample):

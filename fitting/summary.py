@@ -9,21 +9,21 @@ from fitting.names import MAGNET, MODEL, NAMED, POLAR, RODS, STATE, TILTS, TO_UN
 from fitting.null_space import gauge_text, unseen_directions
 from fitting.parameters import Parametrization, build_model
 from fitting.problem import CURRENTS, RATE_UNIT, Problem
-from fitting.refine import Refined
+from fitting.refine import CONVERGED_DECREMENT, Refined
 from fitting.result import AMBIGUOUS, CONVERGED, NOT_CONVERGED, FitResult, FittedParameter
 from fitting.stored import Stored
 from fitting.uncertainty import (
+    at_bound,
     attitude_covariance,
     correlations,
     covariance,
     field_angle_sigma,
     physical_covariance,
+    promised_saving,
 )
 from jaxsat.math import angle_between, quaternion
 from jaxsat.sensors.solar_panels import direct_currents
 
-CONVERGED_DECREMENT = 1e-2
-"""An undamped step would improve the cost by less than this: a tenth of a sigma in every direction."""
 MAX_CHI2_PER_DOF = 4.0
 """Beyond this the minimum does not explain the data: residuals twice the stated noise."""
 AMBIGUOUS_CHI2 = 9.0
@@ -76,8 +76,7 @@ def summarize(
         np.asarray(array) for array in describe(problem, parameters, x[len(STATE) :], prediction.quaternion)
     )
 
-    lower, upper = parameters.bounds()
-    at_bound = ((x <= lower + 1e-9) & (best.gradient > 0)) | ((x >= upper - 1e-9) & (best.gradient < 0))
+    pressed = at_bound(x, best.gradient, parameters.bounds())
     # A panel that sees next to nothing reads an exact zero, which is no measurement of the noise.
     informative = ((modelled > 0.25 * noise) | (measured > 0.0)) & (weight > 0)
     residual = np.where(informative, residual, 0.0)
@@ -86,22 +85,22 @@ def summarize(
     chi2 = float((residual**2).sum() + (limb_residual**2).sum())
     # Unknowns that the prior holds take no degree of freedom from the data.
     prior_share = np.where(np.arange(len(x)) < len(STATE), 0.0, 1.0)
-    cov = covariance(best.hessian, ~at_bound)
+    cov = covariance(best.hessian, ~pressed)
     held = prior_share * np.where(np.isfinite(np.diagonal(cov)), np.diagonal(cov), 1.0)
-    dof = int(round(informative.sum() + sighted.sum() - np.sum(~at_bound) + held[~at_bound].sum()))
+    dof = int(round(informative.sum() + sighted.sum() - np.sum(~pressed) + held[~pressed].sum()))
     ratio = chi2 / max(dof, 1)
 
     all_names, physical = physical_covariance(values_jacobian, cov)
     rotation_covariance = attitude_covariance(prediction.rotation_jacobian, cov)
     sigma = dict(zip(all_names, np.sqrt(np.diagonal(physical)), strict=True))
-    notes = {name: "at its bound" for name, flag in zip(names, at_bound, strict=True) if flag}
+    notes = {name: "at its bound" for name, flag in zip(names, pressed, strict=True) if flag}
     notes |= {
         name: "held by its prior"
         for name, share in zip(names, held, strict=True)
         # Along the gauge the prior holds nothing but a number without meaning.
         if share > 0.5 and name not in notes and not (parameters.gauged and name in MAGNET + POLAR)
     }
-    unseen = unseen_directions(parameters, best.hessian, ~at_bound, values[: len(MODEL)])
+    unseen = unseen_directions(parameters, best.hessian, ~pressed, values[: len(MODEL)])
 
     table = []
     for name, value in zip(NAMED, values, strict=True):
@@ -124,9 +123,7 @@ def summarize(
 
     alternatives = _alternatives(refined, n)
     equals = [a for a in alternatives if a["chi2_above_best"] < AMBIGUOUS_CHI2 * max(1.0, ratio)]
-    finite = np.isfinite(np.diagonal(cov)) & ~at_bound
-    gradient = np.asarray(best.gradient)[finite]
-    promise = 0.5 * float(gradient @ cov[np.ix_(finite, finite)] @ gradient)
+    promise = promised_saving(best.gradient, cov, pressed)
     remarks = _remarks(refined, values, notes, dark_disagreement, ratio)
     limb_rms_deg = None
     if problem.limb is not None and sighted.any():

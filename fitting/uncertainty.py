@@ -25,6 +25,19 @@ def covariance(information: np.ndarray, free: np.ndarray) -> np.ndarray:
     return result
 
 
+def at_bound(x: np.ndarray, gradient: np.ndarray, bounds: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """[unknowns] whether the cost would have an unknown beyond its bound."""
+    lower, upper = bounds
+    return ((x <= lower + 1e-9) & (gradient > 0)) | ((x >= upper - 1e-9) & (gradient < 0))
+
+
+def promised_saving(gradient: np.ndarray, cov: np.ndarray, pressed: np.ndarray) -> float:
+    """Cost that an undamped step would still save; `cov` is the `covariance` of unknowns that are not `pressed`."""
+    finite = np.isfinite(np.diagonal(cov)) & ~pressed
+    slope = np.asarray(gradient)[finite]
+    return 0.5 * float(slope @ cov[np.ix_(finite, finite)] @ slope)
+
+
 def physical_covariance(values_jacobian: np.ndarray, cov: np.ndarray) -> tuple[list[str], np.ndarray]:
     """Names (state, then all of `NAMED`) and covariance of their values in the units of the names.
 

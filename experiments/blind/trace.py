@@ -28,7 +28,7 @@ def trace(number: int, cache: Path, *, hard: bool, seed: int = 0, starts: int = 
     from fitting.problem import RATE_UNIT
     from fitting.solvers.multi_start import HOPELESS, Starts, advance, distinct
     from fitting.solvers.schedule import arc_schedule
-    from fitting.starts import first_guesses
+    from fitting.starts import filled_in, first_guesses, first_unknowns, silent_panels
 
     session = blind_session(number, cache, hard=hard)
     max_rate = np.radians(session.settings.max_rate_deg_s)
@@ -36,8 +36,11 @@ def trace(number: int, cache: Path, *, hard: bool, seed: int = 0, starts: int = 
     parameters = parametrization(session.nominal, session.settings.free, session.settings.prior)
     usable = (problem.bright() & problem.sunlit())[: len(samples.t)]
     key, lit = jax.random.key(seed), jnp.asarray(np.flatnonzero(usable)[:2])
-    attitude, rate = first_guesses(problem, parameters, key, starts, lit, jnp.asarray(max_rate))
-    x = np.zeros((len(attitude), len(parameters.names)))
+    measured, noise = np.asarray(problem.measured), float(problem.noise)
+    silent = silent_panels(measured, noise, parameters)
+    seen = jnp.asarray(filled_in(measured, noise, silent, session.nominal.max_current))
+    attitude, rate = first_guesses(problem, parameters, seen, key, starts, lit, jnp.asarray(max_rate))
+    x = np.tile(first_unknowns(parameters, silent), (len(attitude), 1))
     x[:, 3:6] = np.asarray(rate) / RATE_UNIT
     points = Starts(x, np.asarray(attitude), np.zeros(len(x)))
     x_true, q_true, _ = true_start(session, float(samples.t[0]))

@@ -6,7 +6,7 @@ the spread of the survivors' rates and short enough that they stay inside the ba
 """
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -114,7 +114,7 @@ def _solve(problem, parameters, stage, x, reference, weight, select: Callable[[P
     return jax.tree.map(lambda *leaves: np.concatenate(leaves)[:count], *points)
 
 
-def compile_solvers(problem: Problem, parameters: Parametrization, solver: str) -> None:
+def compile_solvers(problem: Problem, parameters: Parametrization, solver: str) -> list[Future | None]:
     """Starts the compilation of what growing arcs and refinement by `solver` need in the background.
 
     See `Stored.compile`.
@@ -122,8 +122,8 @@ def compile_solvers(problem: Problem, parameters: Parametrization, solver: str) 
     unknowns, samples = len(parameters.names), len(problem.valid)
     settings = _settings(problem, Stage(0, 1, 0, 1.0, np.zeros(unknowns, bool)))
     starts = (np.zeros((CHUNK, unknowns)), np.zeros((CHUNK, 4)), np.zeros((CHUNK, samples, problem.channels)))
-    for name in dict.fromkeys((Stage.solver, solver)):
-        solve_chunk.compile(problem, parameters, name, settings, parameters.bounds(), *starts)
+    common = (settings, parameters.bounds(), *starts)
+    return [solve_chunk.compile(problem, parameters, name, *common) for name in dict.fromkeys((Stage.solver, solver))]
 
 
 def _settings(problem: Problem, stage: Stage) -> Settings:
