@@ -75,13 +75,15 @@ def fit(
     duration = max(float(np.ptp(observations.t)), 1.0)
     max_rate = np.radians(settings.max_rate_deg_s)
     step = min(settings.step_s, step_for(RK4, max_rate, duration, COARSE_TOLERANCE))
+    finest = min(step, step_for(RK4, _fastest(max_rate), duration, FINE_TOLERANCE))
     parameters = parametrization(nominal, settings.free, settings.prior)
     limb_sigma = None
     if settings.limb_weight > 0.0:
         limb_sigma = float(np.radians(settings.limb_sigma_deg) / np.sqrt(settings.limb_weight))
     else:
         observations = dataclasses.replace(observations, limb=None)
-    coarse = build_problem(observations, noise=noise, max_step=step, limb_sigma=limb_sigma)
+    common = {"noise": noise, "room_for": finest, "limb_sigma": limb_sigma}
+    coarse = build_problem(observations, max_step=step, **common)
     bright, sunlit = (each[: len(observations.t)] for each in (coarse.bright(), coarse.sunlit()))
     if (bright & sunlit).sum() < FIRST_ARC_LIT:
         raise InputError(
@@ -92,7 +94,7 @@ def fit(
     if first > 0:
         # The state is that at the arc's first sample, which must say something of it.
         observations = observations.since(first)
-        coarse = build_problem(observations, noise=noise, max_step=step, limb_sigma=limb_sigma)
+        coarse = build_problem(observations, max_step=step, **common)
         bright, sunlit = bright[first:], sunlit[first:]
     if coarse.limb is not None and not np.any(coarse.limb.known):
         reason = f"none is measured from the first sunlit sample on, t = {observations.t[0]:g} s"
@@ -126,10 +128,10 @@ def fit(
 
     schedule = arc_schedule(bright & sunlit, len(observations.t) - 1, settings.free)
     survivors = grow(coarse, parameters, schedule, starts, use, progress)
-    # The spin of the survivors, with room for the swing of the magnet in the field; nonsense may spin without limit.
-    fastest = RATE_UNIT * float(np.linalg.norm(survivors.x[candidates(survivors.cost), 3:6], axis=1).max())
-    step = min(settings.step_s, step_for(RK4, min(1.3 * fastest + 1e-3, 2.0 * max_rate), duration, FINE_TOLERANCE))
-    fine = build_problem(observations, noise=noise, max_step=step, limb_sigma=limb_sigma)
+    # The spin of the survivors, which is nonsense where it goes far beyond that of the starts.
+    spin = RATE_UNIT * float(np.linalg.norm(survivors.x[candidates(survivors.cost), 3:6], axis=1).max())
+    step = min(settings.step_s, step_for(RK4, min(_fastest(spin), 2.0 * max_rate), duration, FINE_TOLERANCE))
+    fine = build_problem(observations, max_step=step, **common)
     if settings.adaptive is None:
         how = {"likelihood": settings.likelihood, "solver": settings.solver}
         refined = refine(fine, parameters, survivors, use, **how, progress=progress)
@@ -140,3 +142,8 @@ def fit(
     result = summarize(observations.t, fine, parameters, refined, dark_disagreement=int(np.sum(bright != sunlit)))
     timing = {"prepare": tabulated - began, "compile": compiled - tabulated, "solve": time.perf_counter() - compiled}
     return dataclasses.replace(result, timing_s=timing)
+
+
+def _fastest(spin: float) -> float:
+    """Highest rate in a session that begins with this one, with room for the swing of the magnet in the field."""
+    return 1.3 * spin + 1e-3

@@ -23,7 +23,7 @@ from jaxsat.environment import (
 from jaxsat.integrators import StepGrid
 
 FINEST_USUAL_STEP_S = 8.0
-"""Grids are padded to the number of steps of this length [s]; a faster spin costs one more compilation."""
+"""Grids are padded to the number of steps of this length [s], unless more room is asked for."""
 
 
 @dataclass(frozen=True)
@@ -69,11 +69,11 @@ def _tabulate(orbit, field, greenwich, rate, radius, node_times, sample_times, s
 tabulate = Stored(_tabulate, lambda: (hollow(OrbitTable), hollow(LightTable)))
 
 
-def _layout(observations: Observations, max_step: float) -> tuple[StepGrid, tuple]:
+def _layout(observations: Observations, max_step: float, room_for: float) -> tuple[StepGrid, tuple]:
     """The padded grid and the arguments of `tabulate`."""
     t = observations.t
     # Steps are padded generously, so that the coarse and the fine grid of a session share one program.
-    steps = len(StepGrid.through(t, start=t[0], max_step=FINEST_USUAL_STEP_S).step)
+    steps = len(StepGrid.through(t, start=t[0], max_step=min(room_for, max_step)).step)
     pad_steps = -(-steps // PAD_STEPS) * PAD_STEPS
     grid = StepGrid.through(t, start=t[0], max_step=max_step, pad_samples=PAD_SAMPLES, pad_steps=pad_steps)
     extra = len(grid.sample_index) - len(t)
@@ -92,13 +92,19 @@ def _layout(observations: Observations, max_step: float) -> tuple[StepGrid, tupl
 
 
 def build_problem(
-    observations: Observations, *, noise: float, max_step: float, limb_sigma: float | None = None
+    observations: Observations,
+    *,
+    noise: float,
+    max_step: float,
+    room_for: float = FINEST_USUAL_STEP_S,
+    limb_sigma: float | None = None,
 ) -> Problem:
     """Tables and padded measurements for steps of at most `max_step` [s]; `noise` is one sigma [A].
 
+    Problems of one session with the same `room_for`, a step not above that of any of them [s], share their programs.
     `limb_sigma` is that of the limb angles, their weight included [rad]; ValueError where there are any without it.
     """
-    grid, arguments = _layout(observations, max_step)
+    grid, arguments = _layout(observations, max_step, room_for)
     orbit_table, light = tabulate(*arguments)
     extra = len(grid.sample_index) - len(observations.t)
     return Problem(
