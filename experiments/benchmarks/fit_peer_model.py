@@ -96,8 +96,7 @@ class Model:
         magnet = satellite.magnet[:, None] + shift[0:3]
         # One common scale of magnet, rods and inertia leaves the motion as it is: |magnet| is held.
         scale = np.linalg.norm(satellite.magnet) / np.linalg.norm(magnet, axis=0)
-        xx, yy, zz, xy, xz, yz = satellite.inertia[:, None] + shift[5:11]
-        inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        inertia = inertia_of_body(satellite.inertia, shift[5:11])
         start = np.concatenate([product(self.reference[:, None], from_rotation_vector(x[:3])), x[3:6] * RATE_UNIT])
         rods = (satellite.rods[:, None] + shift[3:5]) / satellite.rods_field
         q = self.propagate(self.tables, start, inertia, scale * magnet, rods)
@@ -126,6 +125,27 @@ class Model:
         moved = x[:, None] + np.concatenate([np.zeros((len(x), 1)), np.diag(h)], axis=1)
         r = self.residuals(moved)
         return (r[:, 1:] - r[:, :1]) / h
+
+
+def tensor(entries: Array) -> Array:
+    """(3, 3, sets) from xx yy zz xy xz yz (6, sets)."""
+    xx, yy, zz, xy, xz, yz = entries
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def inertia_of_body(nominal: Array, shift: Array) -> Array:
+    """(3, 3, sets) inertia that any shift (6, sets) leaves that of a body: S = L (I + X/2)^2 L^T, S = tr(J)/2 I - J."""
+    identity = np.eye(3)[:, :, None]
+
+    def complement(J: Array) -> Array:
+        return 0.5 * np.trace(J)[None, None] * identity - J
+
+    root = np.linalg.cholesky(complement(tensor(nominal[:, None]))[:, :, 0])
+    inverse = np.linalg.inv(root)
+    change = np.einsum("ij,jkn,lk->iln", inverse, complement(tensor(shift)), inverse)
+    stretch = np.einsum("ij,jkn->ikn", root, identity + 0.5 * change)
+    second_moment = np.einsum("ikn,jkn->ijn", stretch, stretch)
+    return np.trace(second_moment)[None, None] * identity - second_moment
 
 
 def propagate(tables: Tables, start: Array, inertia: Array, magnet: Array, rods: Array) -> Array:
