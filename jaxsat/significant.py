@@ -26,7 +26,8 @@ def value_and_sigma(value: float | None, sigma: float | None, digits: int = 4) -
         return f"{value:.{digits - 1}e}", f"{sigma:.1e}"
     if decimals <= 0:
         return f"{round(value, decimals):.0f}", f"{round(sigma, decimals):.0f}"
-    return f"{value:.{decimals}f}", f"{sigma:.{decimals}f}"
+    # "z" writes no minus before a value that rounds to zero.
+    return f"{value:z.{decimals}f}", f"{sigma:.{decimals}f}"
 
 
 def unit_text(unit: str) -> str:
