@@ -10,12 +10,13 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.adaptive import AdaptiveRules, refine_adaptively
-from fitting.observations import Observations, build_problem
+from fitting.observations import LIMB_FIELD, Observations, build_problem
 from fitting.parameters import Nominal, Parametrization, PriorSigma, parametrization
 from fitting.problem import RATE_UNIT, Problem
-from fitting.refine import Refined, candidates, refine
+from fitting.refine import LIKELIHOODS, Refined, candidates, refine
 from fitting.result import FitResult
-from fitting.solvers.multi_start import Progress, Starts, compile_solvers, grow
+from fitting.solvers.chunk import EVALUATIONS
+from fitting.solvers.multi_start import Progress, Stage, Starts, compile_solvers, grow
 from fitting.solvers.schedule import FIRST_ARC_LIT, arc_schedule
 from fitting.starts import filled_in, first_guesses, first_unknowns, silent_panels
 from fitting.summary import describe, summarize
@@ -52,7 +53,17 @@ class FitSettings:
     """Factor of the limb angles' inverse variance; 0 leaves them out (`vesABlimb` of Penkov et al. 2009)."""
     prior: PriorSigma = PriorSigma()
     adaptive: AdaptiveRules | None = None
-    """In place of the likelihood: the weights of Penkov et al. 2009."""
+    """In place of the likelihood: the weights of Penkov et al. 2009; by Levenberg-Marquardt alone."""
+
+    def __post_init__(self):
+        """Raises ValueError naming what cannot be."""
+        for name, known in (("likelihood", LIKELIHOODS), ("solver", EVALUATIONS)):
+            if getattr(self, name) not in known:
+                raise ValueError(f"FitSettings.{name}: expected one of {', '.join(known)}, got {getattr(self, name)!r}")
+        if not 0.0 <= self.limb_weight < np.inf:
+            raise ValueError(f"FitSettings.limb_weight: expected a finite number from 0, got {self.limb_weight}")
+        if self.adaptive is not None and self.solver != Stage.solver:
+            raise ValueError(f"FitSettings.solver: adaptive weights are solved by {Stage.solver}, got {self.solver!r}")
 
 
 def fit(
@@ -98,7 +109,7 @@ def fit(
         bright, sunlit = bright[first:], sunlit[first:]
     if coarse.limb is not None and not np.any(coarse.limb.known):
         reason = f"none is measured from the first sunlit sample on, t = {observations.t[0]:g} s"
-        raise InputError(reason, field="limb angles")
+        raise InputError(reason, field=LIMB_FIELD)
     tabulated = time.perf_counter()
     # Programs compile in the background, in the order in which they are asked for, while the next one is traced.
     progress("compiling", 0, 1)

@@ -55,6 +55,8 @@ UNITS = {
     **dict.fromkeys(GAINS + ALBEDO, "1"),
     "imax": "mA",
 }
+QUOTED_FIELD = 3.0e-5
+"""Field in which results quote the moments of rods [T]."""
 TO_UNIT = {**dict.fromkeys((*STATE, *POLAR[1:], *TILTS), math.degrees(1.0)), "imax": 1e3}
 """Factors from SI to the unit of the name; 1 where absent."""
 

@@ -7,10 +7,13 @@ of small eigenvalues are compared with those changes of a satellite that no pane
 from dataclasses import asdict, dataclass
 from typing import Any
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 
 from fitting.names import GAINS, INERTIA, MAGNET, MODEL, NAMED, POLAR, RODS, STATE, TILTS, TO_UNIT
 from fitting.parameters import GAINS_SLICE, INERTIA_SLICE, MAGNET_SLICE, RODS_SLICE, TILTS_SLICE, Parametrization
+from fitting.transforms import polar_from_dipole
 
 BLIND = 1e-3
 """Information of the data over that of the prior below which they say nothing: a sigma of thirty prior ones."""
@@ -19,7 +22,7 @@ WEAK = 1.0
 ALIKE = 0.9
 """Share of a known change's square that must lie in such directions for its name to be used."""
 SHOWN = 0.25
-"""Components of a unit direction below this are not named."""
+"""Components of a unit direction below this are not named, but for the largest."""
 
 
 @dataclass(frozen=True)
@@ -94,9 +97,9 @@ def _without_state(information: np.ndarray, model: np.ndarray) -> np.ndarray:
 
 
 def _invisible_changes(parameters: Parametrization, values: np.ndarray) -> list[tuple[str, str, np.ndarray]]:
-    """(name, what holds it, change [named]) of what may be invisible with these free parameters."""
+    """(name, what holds it, change [named]) of what may be invisible with these free parameters, to first order."""
     free = set(parameters.free)
-    found = []
+    found: list[tuple[str, str, np.ndarray]] = []
     dipole = free & {*MAGNET, POLAR[0]}
     if free & set(INERTIA) and (dipole or free & set(RODS)):
         groups = [name for name, there in (("magnet", dipole), ("rods", free & set(RODS))) if there]
@@ -108,7 +111,7 @@ def _invisible_changes(parameters: Parametrization, values: np.ndarray) -> list[
         change[NAMED.index(POLAR[0])] = modulus
         held = f"|magnet| = {modulus:.6g} A m2" if parameters.gauged else "the priors"
         found.append((f"common scale of {' and '.join(', '.join(['inertia', *groups]).rsplit(', ', 1))}", held, change))
-    if "imax" in free and free & set(GAINS):
+    if "imax" in free and set(GAINS) <= free:
         change = np.zeros(len(NAMED))
         change[MODEL.index("imax")] = 0.0 if parameters.gains_gauged else values[MODEL.index("imax")]
         change[GAINS_SLICE] = -values[GAINS_SLICE]
@@ -126,7 +129,11 @@ def _turn(values: np.ndarray, axis: str) -> np.ndarray:
     """
     change = np.zeros(len(NAMED))
     unit = np.eye(3)["xyz".index(axis)]
-    change[MAGNET_SLICE] = np.cross(unit, values[MAGNET_SLICE])
+    magnet = values[MAGNET_SLICE]
+    change[MAGNET_SLICE] = np.cross(unit, magnet)
+    if np.any(magnet):
+        slope = jax.jvp(polar_from_dipole, (jnp.asarray(magnet),), (jnp.asarray(change[MAGNET_SLICE]),))[1]
+        change[len(MODEL) :] = np.asarray(slope)
     xx, yy, zz, xy, xz, yz = values[INERTIA_SLICE]
     tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     matrix = np.cross(np.eye(3), unit)
@@ -142,12 +149,12 @@ def _direction(
     """A unit vector over the unknowns `names`, on which the data's information is `data`, in words and units."""
     order = np.argsort(-np.abs(vector))
     vector = vector * np.sign(vector[order[0]])
-    large = [int(k) for k in order if abs(vector[k]) > SHOWN]
+    large = [int(k) for n, k in enumerate(order) if n == 0 or abs(vector[k]) > SHOWN]
     spelt = " ".join(f"{'+' if vector[k] > 0 else '-'} {names[k]}" for k in large).removeprefix("+ ")
     components = {}
     for k in large:
-        factor = float(np.asarray(parameters.scale)[NAMED.index(names[k])]) * TO_UNIT.get(names[k], 1.0)
-        components[names[k]] = float(vector[k] * factor)
+        sigma = float(np.asarray(parameters.scale)[NAMED.index(names[k])])
+        components[names[k]] = float(vector[k]) * sigma * TO_UNIT.get(names[k], 1.0) * parameters.quoted(names[k])
     return Direction(name or spelt, max(float(vector @ data @ vector), 0.0), held_by, components)
 
 

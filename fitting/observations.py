@@ -20,10 +20,15 @@ from jaxsat.environment import (
     tabulate_light,
     tabulate_orbit,
 )
+from jaxsat.errors import InputError
 from jaxsat.integrators import StepGrid
 
 FINEST_USUAL_STEP_S = 8.0
 """Grids are padded to the number of steps of this length [s], unless more room is asked for."""
+
+
+LIMB_FIELD = "limb angles"
+"""The field that an `InputError` names where not the currents but the limb angles are at fault."""
 
 
 @dataclass(frozen=True)
@@ -101,11 +106,17 @@ def build_problem(
 ) -> Problem:
     """Tables and padded measurements for steps of at most `max_step` [s]; `noise` is one sigma [A].
 
-    Problems of one session with the same `room_for`, a step not above that of any of them [s], share their programs.
-    `limb_sigma` is that of the limb angles, their weight included [rad]; ValueError where there are any without it.
+    `room_for` [s] is the shortest step that any problem of the session will have: with it they share their programs.
+    `limb_sigma` is that of the limb angles, their weight included [rad]. Raises ValueError where there are any without
+    it, and `InputError` where they are seen from inside the Earth.
     """
     grid, arguments = _layout(observations, max_step, room_for)
     orbit_table, light = tabulate(*arguments)
+    if observations.limb is not None:
+        lowest = float(np.linalg.norm(np.asarray(orbit_table.position_eci), axis=-1).min())
+        if not lowest > observations.earth_radius:
+            reason = f"the orbit goes down to {1e-3 * lowest:.0f} km, below the Earth's radius: there is no limb"
+            raise InputError(reason, field=LIMB_FIELD)
     extra = len(grid.sample_index) - len(observations.t)
     return Problem(
         grid=grid,

@@ -8,22 +8,27 @@ in body axes, so it has no entry of its own beyond that shift.
 from dataclasses import dataclass, field
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from fitting.names import ALBEDO, GAINS, INERTIA, MAGNET, MODEL, NAMED, POLAR, RODS, STATE, TILTS
+from fitting.names import ALBEDO, GAINS, INERTIA, MAGNET, MODEL, NAMED, POLAR, QUOTED_FIELD, RODS, STATE, TILTS
 from fitting.transforms import (
     dipole_from_polar,
     inertia_shift,
     physical_inertia,
     polar_from_dipole,
     second_moment_root,
+    thinnest,
 )
 from jaxsat.errors import InputError
 from jaxsat.sensors.solar_panels import Albedo
 from jaxsat.spacecraft import MagneticRods, SolarPanels, Spacecraft, box_normals, symmetric_tensor, tilted
 
+FLAT = 0.05
+"""Least principal second moment of mass over the mean one of a nominal body below which a prior sigma of its inertia
+spans thicknesses many times its own, and entries of the inertia move by themselves."""
 MAX_ELEVATION = np.radians(80.0)
 """Highest elevation of a nominal dipole that angles may describe."""
 
@@ -48,7 +53,7 @@ class PriorSigma:
     imax_relative: float = 0.2
     gains: float = 0.1
     inertia_relative: float = 0.15
-    """Of the mean moment of inertia, for each of the six components."""
+    """Of the mean moment of inertia, for each of the six components; of a whole inertia to first order."""
     albedo: float = 0.5
     tilts_deg: float = 2.0
 
@@ -83,8 +88,9 @@ class Nominal:
 class Parametrization(eqx.Module):
     """Map between the solver's `x` and the model; `free` is static, so each choice of it is one program.
 
-    Arrays over `NAMED`. An inertia that is free as a whole stays that of a body (`transforms.physical_inertia`); what
-    else has a limit is held by bounds, which a minimum may touch: a rod or an albedo of exactly zero is a good answer.
+    Arrays over `NAMED`. An inertia that is free as a whole stays that of a body (`transforms.physical_inertia`) unless
+    the nominal one is all but flat; what else has a limit is held by bounds, which a minimum may touch: a rod or an
+    albedo of exactly zero is a good answer.
     """
 
     nominal: Float[Array | np.ndarray, " named"]
@@ -96,6 +102,8 @@ class Parametrization(eqx.Module):
     """`transforms.second_moment_root` of the nominal inertia."""
     inertia_root_inverse: Float[Array | np.ndarray, "3 3"]
     free: tuple[str, ...] = eqx.field(static=True)
+    physical: bool = eqx.field(static=True)
+    """Whether the inertia stays that of a body."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -121,6 +129,10 @@ class Parametrization(eqx.Module):
         """Whether the common scale of the gains and the maximum current is fixed by the mean gain."""
         return "imax" in self.free and set(GAINS) <= set(self.free)
 
+    def quoted(self, name: str) -> float:
+        """Factor from a value of the model to the one that results quote: that of rods is told in `QUOTED_FIELD`."""
+        return QUOTED_FIELD / float(self.reference_field) if name in RODS else 1.0
+
     def indices(self) -> np.ndarray:
         """Positions of the free parameters in `NAMED`."""
         return np.array([NAMED.index(name) for name in self.free], dtype=int)
@@ -135,7 +147,7 @@ class Parametrization(eqx.Module):
         full = (nominal + shift)[: len(MODEL)]
         if self.polar:
             full = full.at[MAGNET_SLICE].set(dipole_from_polar((nominal + shift)[len(MODEL) :]))
-        if set(INERTIA) <= set(self.free):
+        if self.physical:
             root, inverse = jnp.asarray(self.inertia_root), jnp.asarray(self.inertia_root_inverse)
             full = full.at[INERTIA_SLICE].set(physical_inertia(root, inverse, shift[INERTIA_SLICE]))
         if self.gauged:
@@ -150,14 +162,20 @@ class Parametrization(eqx.Module):
     def named(self, x_model: Float[Array, " free"]) -> Float[Array, " named"]:
         """The same, followed by modulus and angles of the dipole. Differentiable."""
         values = self.values(x_model)
-        return jnp.concatenate([values, polar_from_dipole(values[MAGNET_SLICE])])
+        polar = polar_from_dipole(values[MAGNET_SLICE])
+        if self.gauged:
+            # Held by definition: no rounding shall pass for a slope.
+            polar = polar.at[0].set(jax.lax.stop_gradient(polar[0]))
+        return jnp.concatenate([values, polar])
 
     def shifts(self, values: np.ndarray) -> np.ndarray:
         """[free] the `x_model` that gives the `values` [model], on the host; where scales are gauged, their ratios."""
         values = np.asarray(values, dtype=float)
         polar = np.asarray(polar_from_dipole(jnp.asarray(values[MAGNET_SLICE])))
         shift = np.concatenate([values, polar]) - np.asarray(self.nominal)
-        if set(INERTIA) <= set(self.free):
+        azimuth = NAMED.index(POLAR[1])
+        shift[azimuth] = np.angle(np.exp(1j * shift[azimuth]))
+        if self.physical:
             shift[INERTIA_SLICE] = inertia_shift(np.asarray(self.inertia_root), values[INERTIA_SLICE])
         return (shift / np.asarray(self.scale))[self.indices()]
 
@@ -188,7 +206,7 @@ def parametrization(nominal: Nominal, free: tuple[str, ...], prior: PriorSigma) 
     mean_inertia = float(np.mean(np.asarray(nominal.inertia)[:3]))
     sigma = {
         **dict.fromkeys((*MAGNET, POLAR[0]), prior.magnet),
-        **dict.fromkeys(POLAR[1:], prior.magnet / modulus if modulus > 0.0 else np.pi),
+        **dict.fromkeys(POLAR[1:], min(prior.magnet / modulus, np.pi) if modulus > 0.0 else np.pi),
         **dict.fromkeys(RODS, prior.rods),
         **dict.fromkeys(INERTIA, prior.inertia_relative * mean_inertia),
         "imax": prior.imax_relative * nominal.max_current,
@@ -197,10 +215,12 @@ def parametrization(nominal: Nominal, free: tuple[str, ...], prior: PriorSigma) 
         **dict.fromkeys(TILTS, float(np.radians(prior.tilts_deg))),
     }
     lower = dict.fromkeys((*RODS, *ALBEDO, *GAINS, POLAR[0]), 0.0) | {"imax": 0.05 * nominal.max_current}
-    if not set(INERTIA) <= set(free):
+    thickness = thinnest(nominal.inertia)
+    physical = set(INERTIA) <= set(free) and thickness > FLAT
+    if not physical:
         lower |= dict.fromkeys(INERTIA[:3], 0.05 * mean_inertia)
     upper: dict[str, float] = dict.fromkeys(ALBEDO, 1.5)
-    root = second_moment_root(nominal.inertia)
+    root = second_moment_root(nominal.inertia) if thickness > FLAT else np.eye(3)
     return Parametrization(
         nominal=np.concatenate([nominal.vector(), polar]),
         scale=np.array([sigma[name] for name in NAMED]),
@@ -210,6 +230,7 @@ def parametrization(nominal: Nominal, free: tuple[str, ...], prior: PriorSigma) 
         inertia_root=root,
         inertia_root_inverse=np.linalg.inv(root),
         free=free,
+        physical=physical,
     )
 
 

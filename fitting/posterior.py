@@ -14,13 +14,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Key
 
-from fitting.names import RODS, STATE, TO_UNIT, UNITS
+from fitting.names import STATE, TO_UNIT, UNITS
 from fitting.parameters import Parametrization
 from fitting.problem import RATE_UNIT, Problem, predict
 from fitting.refine import PLAIN, Refined
 from fitting.solvers.least_squares import Settings, normal_equations, priors
 from fitting.solvers.multi_start import NONE
-from fitting.summary import QUOTED_FIELD
 from fitting.uncertainty import covariance
 from jaxsat.errors import InputError
 from jaxsat.integrators import BLOCK
@@ -106,7 +105,7 @@ class Target(eqx.Module):
     def physical(self, u: Float[Array, " white"]) -> Float[Array, " unknowns"]:
         """Values of the unknowns in SI."""
         x = self.unknowns(u)
-        values = self.parameters.values(x[len(STATE) :])[self.parameters.indices()]
+        values = self.parameters.named(x[len(STATE) :])[self.parameters.indices()]
         return jnp.concatenate([x[:3], x[3:6] * RATE_UNIT, values])
 
 
@@ -140,8 +139,7 @@ def sample_posterior(
     run = eqx.filter_jit(_run)
     physical, diverged, acceptance = run(sampler, target, jax.random.split(key_chains, chains), starts, warmup, draws)
     names = parameters.names
-    quoted = QUOTED_FIELD / float(parameters.reference_field)
-    unit = np.array([TO_UNIT.get(name, 1.0) * (quoted if name in RODS else 1.0) for name in names])
+    unit = np.array([TO_UNIT.get(name, 1.0) * parameters.quoted(name) for name in names])
     samples = np.asarray(physical) * unit
     halves = samples[:, : draws - draws % 2].reshape(2 * chains, draws // 2, len(names))
     moving = samples.std(axis=(0, 1)) > 0.0

@@ -79,6 +79,7 @@ def predict_blocks(
     x: Float[Array, " unknowns"],
     reference: Float[Array, "4"],
     blocks: Int[Array | np.ndarray, ""],
+    *,
     visit: Callable[[Any, tuple[Array, Array], Array], Any],
     carry: Any,
 ) -> tuple[Prediction, Any]:
@@ -109,11 +110,11 @@ def predict_blocks(
     mechanical, optical, craft = model(x[6:])
     by_model = jax.jacfwd(lambda x_model: model(x_model)[:2])(x[6:])
 
-    def near(there, slopes, shift, columns):
+    def linear(there, slopes, shift, columns):
         return jax.tree.map(lambda leaf, slope: leaf + slope[..., columns] @ shift, there, slopes)
 
     def motion(moving):
-        moved = near(mechanical, by_model[0], moving[6:] - x[6:n_moving], slice(n_moving - 6))
+        moved = linear(mechanical, by_model[0], moving[6:] - x[6:n_moving], slice(n_moving - 6))
         spacecraft = eqx.tree_at(lambda c: (c.inertia, c.magnet, c.rods.moments), craft, moved)
         q0 = quaternion.multiply(reference, quaternion.from_rotation_vector(moving[:3]))
         initial = AttitudeState(q0, moving[3:6] * RATE_UNIT)
@@ -127,7 +128,7 @@ def predict_blocks(
     rotation = 2.0 * product(tangents)[:, 1:]
 
     def currents(turn, fixed, q, light):
-        max_current, gains, albedo, *tilted = near(
+        max_current, gains, albedo, *tilted = linear(
             optical, by_model[1], fixed - x[n_moving:], slice(n_moving - 6, None)
         )
         panels = SolarPanels(tilted[0] if tilted else craft.panels.normals, max_current, gains)
@@ -190,4 +191,4 @@ def predict(
         return jax.lax.dynamic_update_slice_in_dim(jacobian, new[1], begin, axis=0)
 
     blank = jnp.zeros((len(problem.measured), problem.channels, x.shape[0]), dtype=x.dtype)
-    return predict_blocks(problem, parameters, x, reference, blocks, store, blank)
+    return predict_blocks(problem, parameters, x, reference, blocks, visit=store, carry=blank)

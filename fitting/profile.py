@@ -13,13 +13,13 @@ import jax
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from fitting.names import GAINS, MAGNET, NAMED, RODS, STATE, TO_UNIT, UNITS
+from fitting.names import GAINS, INERTIA, MAGNET, NAMED, POLAR, STATE, TO_UNIT, UNITS
 from fitting.parameters import Parametrization
 from fitting.problem import RATE_UNIT, Problem
 from fitting.profile_walk import Held, Step, walk
 from fitting.refine import CONVERGED_DECREMENT, Refined
 from fitting.solvers.multi_start import NONE, Progress
-from fitting.summary import QUOTED_FIELD, describe
+from fitting.summary import describe
 from fitting.uncertainty import at_bound, covariance, physical_covariance
 from jaxsat.errors import InputError
 
@@ -177,9 +177,12 @@ def _choose_held(
 
     Under a gauge the parameter is its unknown divided by the modulus of the magnet, or by the mean of the gains: free
     to scale all of them, the others would undo any shift, so one of them is held too. The ratio of the two is held then
-    instead of the value; what this costs is seen in the sigma along the way, and where it is too much, said.
+    instead of the value; what this costs is seen in the sigma along the way, and where it is too much, said. An entry
+    of an inertia that stays that of a body is its own unknown near the nominal one; elsewhere the same check says so.
     """
     k = parameters.names.index(name)
+    if parameters.gauged and name == POLAR[0]:
+        raise InputError(f"{name} has no profile: it is held as gauge")
     family = MAGNET if parameters.gauged and name in MAGNET else GAINS if parameters.gains_gauged else ()
     partners = [parameters.names.index(other) for other in family if other != name] if name in family else [k]
     whole = _sigma(parameters, name, jacobian, covariance(hessian, free))
@@ -194,11 +197,12 @@ def _choose_held(
         choices.append((along or 0.0, held, spread))
     along, held, spread = max(choices, key=lambda choice: choice[0])
     if whole is not None and along < FAITHFUL * whole:
-        reason = (
-            "the magnet's modulus is held as gauge: profile a component across the magnet, or do not free the inertia"
-            if name in MAGNET
-            else "the mean of the gains is held as gauge: free either the gains or imax"
-        )
+        reasons = {
+            MAGNET: "the magnet's modulus is held as gauge: profile a component across it, or do not free the inertia",
+            INERTIA: "the entries of an inertia that stays that of a body move together: free this one alone",
+        }
+        gains = "the mean of the gains is held as gauge: free either the gains or imax"
+        reason = next((text for names, text in reasons.items() if name in names), gains)
         raise InputError(f"{name} has no profile of its own, for {reason}")
     return held, spread
 
@@ -206,12 +210,8 @@ def _choose_held(
 def _sigma(parameters: Parametrization, name: str, jacobian: np.ndarray, cov: np.ndarray) -> float | None:
     """1-sigma in the unit of the name; None where there is none."""
     names, physical = physical_covariance(jacobian, cov)
-    sigma = float(np.sqrt(physical[names.index(name), names.index(name)])) * _quoted(parameters, name)
+    sigma = float(np.sqrt(physical[names.index(name), names.index(name)])) * parameters.quoted(name)
     return sigma if 0.0 < sigma < np.inf else None
-
-
-def _quoted(parameters: Parametrization, name: str) -> float:
-    return QUOTED_FIELD / float(parameters.reference_field) if name in RODS else 1.0
 
 
 def _value(problem: Problem, parameters: Parametrization, name: str, origin: np.ndarray, step: Step) -> float:
@@ -224,7 +224,11 @@ def _value(problem: Problem, parameters: Parametrization, name: str, origin: np.
     else:
         values, *_ = describe(problem, parameters, step.x[len(STATE) :], step.attitude)
         value = float(np.asarray(values)[NAMED.index(name)])
-    return float(value) * TO_UNIT.get(name, 1.0) * _quoted(parameters, name)
+        if name == POLAR[1]:
+            # Counted on from the nominal azimuth, so that a profile does not jump by a turn.
+            middle = float(np.asarray(parameters.nominal)[NAMED.index(name)])
+            value = middle + float(np.angle(np.exp(1j * (value - middle))))
+    return float(value) * TO_UNIT.get(name, 1.0) * parameters.quoted(name)
 
 
 def _rotation(origin: np.ndarray, turned: np.ndarray) -> np.ndarray:

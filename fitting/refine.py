@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from fitting.parameters import Parametrization
 from fitting.problem import CURRENTS, Problem
-from fitting.solvers.least_squares import Point
+from fitting.solvers.least_squares import LIMB_SCALE, Point, robust_cost
 from fitting.solvers.multi_start import NONE, Progress, Stage, Starts, distinct, solve
 from fitting.uncertainty import at_bound, covariance, promised_saving
 
@@ -119,7 +120,9 @@ def refine(
         points = run(rounds - 1, stage, np.asarray(points.x), np.asarray(points.reference), kept)
     x, reference = np.asarray(points.x), np.asarray(points.reference)
     score = 0.5 * (np.minimum(_sample_squares(points, weight), SAMPLE_LIMIT)).sum(axis=1)
-    score = score + 0.5 * _squares(points, weight)[..., CURRENTS:].sum(axis=(1, 2))
+    limb = jnp.asarray(points.prediction.residual)[..., CURRENTS:]
+    squares = np.asarray(robust_cost(limb, np.asarray(LIMB_SCALE))) * weight[..., CURRENTS:]
+    score = score + 0.5 * squares.sum(axis=(1, 2))
     score = score + 0.5 * (x[:, 6:] ** 2).sum(axis=1)
     order = distinct(Starts(x, reference, score), attitude=0.02, rate=2e-3)
     progress("refining", rounds, rounds)
@@ -136,9 +139,5 @@ def _unsettled(points: Point, k: int, parameters: Parametrization) -> bool:
 
 
 def _sample_squares(points: Point, weight: np.ndarray) -> np.ndarray:
-    """[minima samples] of the currents."""
-    return _squares(points, weight)[..., :CURRENTS].sum(axis=-1)
-
-
-def _squares(points: Point, weight: np.ndarray) -> np.ndarray:
-    return np.asarray(points.prediction.residual) ** 2 * weight
+    """[minima samples] sums over the currents of a sample."""
+    return (np.asarray(points.prediction.residual)[..., :CURRENTS] ** 2 * weight[..., :CURRENTS]).sum(axis=-1)

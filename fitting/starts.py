@@ -12,9 +12,12 @@ from fitting.problem import Problem
 from fitting.stored import Stored
 from jaxsat.math import cross, quaternion, unit
 
+CLEARLY = 1.5
+"""How much more of the Sun than its opposite shows a dead panel must be left with to be the one that faces it."""
+
 
 def silent_panels(measured: np.ndarray, noise: float, parameters: Parametrization) -> np.ndarray:
-    """[6] panels of free gain that never show light while others do: dead, unless the data say otherwise."""
+    """[6] panels of free gain that never show light while others do: taken for dead, which their priors may undo."""
     dark = ~np.any(measured > 3.0 * noise, axis=0)
     return dark & np.isin(GAINS, parameters.free) & ~np.all(dark)
 
@@ -35,16 +38,18 @@ def first_unknowns(parameters: Parametrization, silent: np.ndarray) -> np.ndarra
 
 
 def filled_in(measured: np.ndarray, noise: float, silent: np.ndarray, max_current: float) -> np.ndarray:
-    """[samples 6] currents in which a silent panel has what the Sun leaves to it where its opposite is dark too.
+    """[samples 6] currents in which a silent panel has what the Sun leaves to it, where that is more than its opposite.
 
     The squares of the cosines to three axes add up to one; without this the first guess would put the Sun across it.
+    Where two panels are silent the first of them gets what is left to both.
     """
     currents = measured.copy()
     for panel in np.flatnonzero(silent):
         opposite = currents[:, panel ^ 1]
-        rest = max_current**2 - (currents**2).sum(axis=1)
+        # What is on the opposite side beside a Sun on this one is light of the Earth.
+        rest = max_current**2 - (currents**2).sum(axis=1) + opposite**2
         left = np.sqrt(np.maximum(rest, 0.0))
-        currents[:, panel] = np.where(opposite <= 3.0 * noise, left, 0.0)
+        currents[:, panel] = np.where(left > np.maximum(CLEARLY * opposite, 3.0 * noise), left, 0.0)
     return currents
 
 
@@ -100,7 +105,7 @@ def _first_guesses(
     `measured` are the currents, of dead panels `filled_in`. `samples` are the first two lit ones: each pair of their
     best field-aligned attitudes gives a start and its rate.
     """
-    spacecraft, _ = build_model(jnp.asarray(parameters.nominal), jnp.asarray(parameters.reference_field))
+    spacecraft, _ = build_model(jnp.asarray(parameters.nominal)[: len(MODEL)], jnp.asarray(parameters.reference_field))
     first = samples[0]
     attitude, rate = random_starts(key, count, measured[first], problem.light.sun_eci[first], max_rate)
 

@@ -12,6 +12,7 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cache
+from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -122,6 +123,7 @@ def _surroundings() -> tuple[str, ...]:
         digest.hexdigest(),
         jax.__version__,
         eqx.__version__,
+        version("optax"),
         jax.default_backend(),
         str(jax.dtypes.canonicalize_dtype(float)),
     )

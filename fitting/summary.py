@@ -5,13 +5,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from fitting.names import MAGNET, MODEL, NAMED, POLAR, RODS, STATE, TILTS, TO_UNIT, UNITS
+from fitting.names import GAINS, MAGNET, MODEL, NAMED, POLAR, STATE, TILTS, TO_UNIT, UNITS
 from fitting.null_space import gauge_text, unseen_directions
-from fitting.parameters import Parametrization, build_model
+from fitting.parameters import INERTIA_SLICE, Parametrization, build_model
 from fitting.problem import CURRENTS, RATE_UNIT, Problem
-from fitting.refine import CONVERGED_DECREMENT, Refined
+from fitting.refine import Refined
 from fitting.result import AMBIGUOUS, CONVERGED, NOT_CONVERGED, FitResult, FittedParameter
+from fitting.solvers.least_squares import LIMB_SCALE
 from fitting.stored import Stored
+from fitting.transforms import thinnest
 from fitting.uncertainty import (
     at_bound,
     attitude_covariance,
@@ -24,6 +26,9 @@ from fitting.uncertainty import (
 from jaxsat.math import angle_between, quaternion
 from jaxsat.sensors.solar_panels import direct_currents
 
+STALLED_DECREMENT = 0.1
+"""Cost that an undamped step may promise at a minimum: half a sigma in one direction. Where a panel's horizon passes a
+sample the cost has a kink, and a minimum on it has a slope that no step makes good."""
 MAX_CHI2_PER_DOF = 4.0
 """Beyond this the minimum does not explain the data: residuals twice the stated noise."""
 AMBIGUOUS_CHI2 = 9.0
@@ -34,8 +39,6 @@ MAX_DISAGREEMENT = 0.2
 """Largest share of bright samples that the computed shadow may contradict."""
 MAX_MISFITS = 0.05
 """Largest share of bright samples that may be left out without being dimmer than modelled."""
-QUOTED_FIELD = 3.0e-5
-"""Field in which results quote the moments of rods [T]."""
 DIFFERENT_ATTITUDE_DEG = 3.0
 """Median distance between two motions that counts as another answer."""
 
@@ -82,6 +85,8 @@ def summarize(
     residual = np.where(informative, residual, 0.0)
     sighted = best.weight[:, CURRENTS:] > 0
     limb_residual = np.where(sighted, prediction.residual[:, CURRENTS:], 0.0)
+    outlying = np.abs(limb_residual) > LIMB_SCALE
+    sighted, limb_residual = sighted & ~outlying, np.where(outlying, 0.0, limb_residual)
     chi2 = float((residual**2).sum() + (limb_residual**2).sum())
     # Unknowns that the prior holds take no degree of freedom from the data.
     prior_share = np.where(np.arange(len(x)) < len(STATE), 0.0, 1.0)
@@ -94,11 +99,12 @@ def summarize(
     rotation_covariance = attitude_covariance(prediction.rotation_jacobian, cov)
     sigma = dict(zip(all_names, np.sqrt(np.diagonal(physical)), strict=True))
     notes = {name: "at its bound" for name, flag in zip(names, pressed, strict=True) if flag}
+    notes |= {name: "at zero: a panel without light" for name in notes if name in GAINS}
     notes |= {
         name: "held by its prior"
         for name, share in zip(names, held, strict=True)
         # Along the gauge the prior holds nothing but a number without meaning.
-        if share > 0.5 and name not in notes and not (parameters.gauged and name in MAGNET + POLAR)
+        if share > 0.5 and name not in notes and not (parameters.gauged and name in (*MAGNET, POLAR[0]))
     }
     unseen = unseen_directions(parameters, best.hessian, ~pressed, values[: len(MODEL)])
 
@@ -109,7 +115,7 @@ def summarize(
             continue
         # At a bound there is no sigma: the data would have it beyond.
         known = free and 0.0 < sigma[name] < np.inf
-        quoted = QUOTED_FIELD / float(parameters.reference_field) if name in RODS else 1.0
+        quoted = parameters.quoted(name)
         table.append(
             FittedParameter(
                 name,
@@ -128,7 +134,8 @@ def summarize(
     limb_rms_deg = None
     if problem.limb is not None and sighted.any():
         limb_rms_deg = float(np.degrees(np.sqrt((limb_residual**2).sum() / sighted.sum()) * float(problem.limb.sigma)))
-        remarks.append(f"limb angles fit to {limb_rms_deg:.2g} deg")
+        wild = f", but for {outlying.sum()} beyond {LIMB_SCALE:g} sigmas" if outlying.any() else ""
+        remarks.append(f"limb angles fit to {limb_rms_deg:.2g} deg{wild}")
     # A limited charge current only takes away: samples left out though they are as bright as modelled are misfits.
     misfits = int((refined.limited[0] & (measured.sum(axis=1) > modelled.sum(axis=1) - 3.0 * noise)).sum())
     status, verdict = _verdict(
@@ -196,10 +203,8 @@ def _remarks(refined: Refined, values: np.ndarray, notes: dict[str, str], disagr
             f"residuals are {np.sqrt(ratio):.2f} times the stated noise, sigmas are those of the stated noise"
         )
     remarks += [f"{name} is {note}" for name, note in notes.items()]
-    xx, yy, zz, xy, xz, yz = values[5:11]
-    principal = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    if principal[0] <= 0 or principal[2] > principal[0] + principal[1]:
-        remarks.append("the inertia tensor is not one of a rigid body (triangle inequality)")
+    if thinnest(values[INERTIA_SLICE]) < -1e-9:
+        remarks.append("the inertia tensor is not that of a body (triangle inequality)")
     return remarks
 
 
@@ -214,7 +219,7 @@ def _verdict(
     bright: int,
 ) -> tuple[str, str]:
     """Status and its reason; `promise` is the cost that an undamped step would still save."""
-    if not (np.isfinite(cost) and promise <= CONVERGED_DECREMENT):
+    if not (np.isfinite(cost) and promise <= STALLED_DECREMENT):
         return NOT_CONVERGED, f"the solver stopped short of the minimum (a step would still save {promise:.2g})"
     if disagree > MAX_DISAGREEMENT * bright:
         return NOT_CONVERGED, (

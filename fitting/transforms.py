@@ -6,21 +6,27 @@ from jaxtyping import Array, Float
 
 from jaxsat.spacecraft import symmetric_tensor
 
-THINNEST = 1e-9
-"""Least principal second moment of mass over the mean one that a nominal body is taken to have."""
+
+def _second_moment(inertia: np.ndarray) -> np.ndarray:
+    """[3 3] S = tr(J)/2 I - J of J [6] as xx yy zz xy xz yz."""
+    xx, yy, zz, xy, xz, yz = np.asarray(inertia, dtype=float)
+    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    return 0.5 * np.trace(tensor) * np.eye(3) - tensor
+
+
+def thinnest(inertia: np.ndarray) -> float:
+    """Least principal second moment of mass over the mean one: 1 of a sphere, 0 of a flat body, below that of none."""
+    moments = np.linalg.eigvalsh(_second_moment(inertia))
+    return float(moments[0] / moments.mean())
 
 
 def second_moment_root(inertia: np.ndarray) -> np.ndarray:
     """[3 3] lower root L of the second moment of mass S = tr(J)/2 I - J = L L^T; `inertia` [6] as xx yy zz xy xz yz.
 
     S is positive definite exactly where J is that of a body: positive, and no principal moment above the sum of the
-    other two (Wensing, Kim & Slotine 2018). A flat body lies on the edge and is taken to be `THINNEST`.
+    other two (Wensing, Kim & Slotine 2018). Raises numpy.linalg.LinAlgError where it is not.
     """
-    xx, yy, zz, xy, xz, yz = np.asarray(inertia, dtype=float)
-    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    values, vectors = np.linalg.eigh(0.5 * np.trace(tensor) * np.eye(3) - tensor)
-    values = np.maximum(values, THINNEST * np.trace(tensor) / 3.0)
-    return np.linalg.cholesky((vectors * values) @ vectors.T)
+    return np.linalg.cholesky(_second_moment(inertia))
 
 
 def physical_inertia(

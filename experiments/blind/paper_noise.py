@@ -1,8 +1,8 @@
 """The paper's programs with 2 mA of noise: are errors those of the noise, or is there a bias left?
 
 For each program of Penkov et al. 2009 with a published result, draws of the noise over one motion (`paper_settings`)
-are fitted without a first guess. Printed: the mean error and its spread over draws, and both over the stated sigma,
-which is the Cramer-Rao bound of the model; a bias would show as a mean error of many sigma / sqrt(draws).
+are fitted without a first guess. Printed: mean and RMS error over draws, and both over the stated sigma, which is the
+Cramer-Rao bound of the model; a bias would show as a mean error of many sigma / sqrt(draws).
 
     .venv/bin/python experiments/blind/paper_noise.py --draws 12 --out munin-paper-noise.json
 """
@@ -17,6 +17,8 @@ from paper_figures import fitted, measured, truth_of
 from paper_settings import SETTINGS, Setting
 from rich.progress import track
 
+NOISE_MA = 2.0
+"""That of the currents and, by default, that which a fit assumes."""
 BODY = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 
@@ -33,15 +35,15 @@ def true_values(setting: Setting, cfg: dict[str, Any]) -> dict[str, float]:
     return {name: value for name, value in all_values.items() if name.startswith(kinds[setting.free])}
 
 
-def study(setting: Setting, draws: int, noise_mA: float) -> list[dict[str, Any]]:
-    """A row for each free parameter."""
+def study(setting: Setting, draws: int) -> list[dict[str, Any]]:
+    """A row for each free parameter; draws whose fit has not converged are counted and left in."""
     truth = truth_of(setting)
     true = true_values(setting, truth["cfg"])
     errors: dict[str, list[float]] = {name: [] for name in true}
     sigmas: dict[str, list[float]] = {name: [] for name in true}
     statuses = []
     for seed in track(range(draws), f"figures {setting.figures}, {setting.free}", transient=True):
-        result = fitted(truth, measured(truth, setting, noise_mA, seed), setting, "ours")
+        result = fitted(truth, measured(truth, setting, NOISE_MA, seed), setting, "ours")
         statuses.append(result.status)
         for p in result.parameters:
             if p.name in true and p.sigma:
@@ -72,7 +74,6 @@ def main() -> None:
     """Runs all programs, prints the table and writes the numbers."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--draws", type=int, default=12, help="draws of the noise for each program")
-    parser.add_argument("--noise", type=float, default=2.0, help="1-sigma of a current [mA]")
     parser.add_argument("--out", type=Path, default=Path("munin-paper-noise.json"))
     arguments = parser.parse_args()
     from jaxsat.cli.numerics import set_up_jax
@@ -83,7 +84,7 @@ def main() -> None:
     print("| --- " * 9 + "|")
     rows = []
     for setting in chosen:
-        for row in study(setting, arguments.draws, arguments.noise):
+        for row in study(setting, arguments.draws):
             rows.append(row)
             numbers = [f"{row[key]:.4g}" for key in ("truth", "bound", "mean_error", "rms_error")]
             ratios = [f"{row['rms_over_bound']:.2f}", f"{row['mean_over_bound']:+.2f}"]

@@ -119,7 +119,7 @@ def normal_equations(
 def priors(
     x: Float[Array, " unknowns"],
 ) -> tuple[Float[Array, ""], Float[Array, " unknowns"], Float[Array, "unknowns unknowns"]]:
-    """The same of the priors: one sigma of each parameter of the model is one in its own scale."""
+    """Cost, gradient and matrix of the priors: a unit sigma for each parameter of the model in its own scale."""
     prior = jnp.arange(x.shape[0]) >= len(STATE)
     pull = jnp.where(prior, x, 0.0)
     return 0.5 * pull @ pull, pull, jnp.diag(prior.astype(x.dtype))
@@ -206,7 +206,7 @@ def evaluate(
         return jax.tree.map(jnp.add, total, normal_equations(residual, jacobian, own, settings))
 
     prediction, (cost, gradient, hessian) = predict_blocks(
-        problem, parameters, x, reference, settings.blocks, add, priors(x)
+        problem, parameters, x, reference, settings.blocks, visit=add, carry=priors(x)
     )
     return Point(x, reference, weight, cost, gradient, hessian, damping, prediction, jnp.full_like(cost, jnp.inf))
 

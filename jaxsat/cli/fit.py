@@ -185,6 +185,7 @@ def fit_one(
     `profiles` names the parameters that get a profile; `limb` is a file of limb angles.
     """
     from fitting.fit import fit
+    from fitting.observations import LIMB_FIELD
     from jaxsat.cli.fit_files import FILES, write_fit
     from jaxsat.cli.inputs import fit_settings, nominal, observations
     from jaxsat.cli.limb import LimbInput
@@ -209,7 +210,8 @@ def fit_one(
                 profiler = Profiler(profiles, settings, progress)
                 result = fit(samples, nominal(settings), fit_settings(settings), progress=progress, at_minimum=profiler)
             except InputError as error:
-                raise InputError(error.reason, file=path, row=error.row, field=error.field) from None
+                source = limb if error.field == LIMB_FIELD else path
+                raise InputError(error.reason, file=source, row=error.row, field=error.field) from None
             progress("writing results", 0, 0)
             timing = {**before, **result.timing_s}
             timing["prepare"] = before["prepare"] + result.timing_s.get("prepare", 0.0)

@@ -363,6 +363,14 @@ class Fit(_Section):
     prior_sigma: PriorSigma = Field(default=PriorSigma(), description="priors")
     adaptive: Adaptive = Field(default=Adaptive(), description="weights")
 
+    @model_validator(mode="after")
+    def _solver_of_weights(self):
+        if self.adaptive.on and self.solver != "levenberg_marquardt":
+            raise ValueError(
+                f"adaptive weights are solved by levenberg_marquardt, not by {self.solver}: set one of them"
+            )
+        return self
+
 
 class Config(_Section):
     """All settings of `jaxsat prepare` and `jaxsat fit`."""

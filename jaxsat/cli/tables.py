@@ -85,7 +85,7 @@ def fit_facts(result: "FitResult") -> list[tuple[str, str]]:
 
 def _weak(result: "FitResult") -> str:
     """How many combinations the priors hold though the data see them, and the weakest of them."""
-    weak = [d for d in result.unseen if not d.blind]
+    weak = sorted((d for d in result.unseen if not d.blind), key=lambda d: d.information)
     return f"{count_text(len(weak), 'combination')} of parameters, the weakest {weak[0].name}"
 
 

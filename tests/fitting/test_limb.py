@@ -158,7 +158,8 @@ def test_no_angle_in_the_arc_is_bad_input(limited):
         limited.fit(np.full((71, 2), np.nan))
     with pytest.raises(ValueError, match="expected their limb_sigma"):
         build_problem(dataclasses.replace(limited.data, limb=noisy_limb_angles()), noise=2e-3, max_step=32.0)
-    assert FitSettings(free=()).limb_weight == 1.0
+    with pytest.raises(ValueError, match="limb_weight: expected a finite number from 0, got -1"):
+        FitSettings(free=(), limb_weight=-1.0)
 
 
 def test_jacobians_are_central_differences(limited):

@@ -1,11 +1,14 @@
 """Blind and weak directions of information matrices that are made to have them."""
 
+import dataclasses
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from fitting.names import STATE, parse_free
+from fitting.names import NAMED, STATE, parse_free
 from fitting.null_space import gauge_text, unseen_directions
-from fitting.parameters import Nominal, Parametrization, PriorSigma, parametrization
+from fitting.parameters import INERTIA_SLICE, MAGNET_SLICE, Nominal, Parametrization, PriorSigma, parametrization
 
 NOMINAL = Nominal(
     magnet=np.array([0.3, 0.0, 0.0]),
@@ -111,3 +114,43 @@ def test_what_stands_at_its_bound_takes_no_part():
     made.free[made.parameters.names.index("albedo.diffuse")] = False
     found = made.unseen((made.along(albedo_diffuse=1.0), 0.0))
     assert found == ()
+
+
+def test_a_turned_satellite_is_the_turned_one():
+    """The change that `common turn` stands for, against a satellite turned by 1e-5 rad the other way round."""
+    made = Made("magnet,inertia,tilts")
+    angle, axis = 1e-5, np.array([0.0, 1.0, 0.0])
+    turn = Rotation.from_rotvec(angle * axis).as_matrix()
+    xx, yy, zz, xy, xz, yz = NOMINAL.inertia
+    turned = turn @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ turn.T
+    change = np.zeros(len(NAMED))
+    change[MAGNET_SLICE] = turn @ NOMINAL.magnet - NOMINAL.magnet
+    change[INERTIA_SLICE] = turned[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]] - NOMINAL.inertia
+    for k, name in enumerate(NAMED):
+        if name.startswith("tilts") and name.endswith(".y"):
+            change[k] = angle
+    index = made.parameters.indices()
+    direction = (change / made.parameters.scale)[index]
+    magnet = scale(made.parameters, ["magnet.x", "magnet.y", "magnet.z"])
+    found = made.unseen((direction / np.linalg.norm(direction), 0.0), (magnet, 0.0))
+    assert {d.name for d in found} == {"common turn of the panels about y", "common scale of inertia and magnet"}
+
+
+def test_a_direction_of_many_small_parts_still_has_a_name():
+    made = Made("magnet,rods,imax,gains,inertia,albedo,tilts")
+    (found,) = made.unseen((np.full(len(made.parameters.free), len(made.parameters.free) ** -0.5), 0.0))
+    assert len(found.components) == 1 and found.name in found.components
+
+
+def test_one_free_gain_and_imax_have_no_common_scale():
+    made = Made("imax,gains.+x")
+    (found,) = made.unseen((made.along(**{"imax": 1.0}), 0.1))
+    assert found.name == "imax"
+
+
+def test_moments_of_rods_are_told_in_the_field_of_the_results():
+    made = Made("rods")
+    doubled = dataclasses.replace(NOMINAL, reference_field=6e-5)
+    made.parameters = parametrization(doubled, parse_free("rods"), PriorSigma())
+    (found,) = made.unseen((made.along(rods_y=1.0), 0.1))
+    assert found.components == {"rods.y": pytest.approx(0.5 * 0.05)}

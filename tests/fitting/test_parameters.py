@@ -231,3 +231,27 @@ def test_model_has_each_value_in_its_place():
     # A right-handed turn about body x carries -y towards -z, one about y carries z towards x.
     np.testing.assert_allclose(tilted.panels.normals[3], [0.0, -np.cos(0.1), -np.sin(0.1)], atol=1e-15)
     np.testing.assert_allclose(tilted.panels.normals[4], [np.sin(0.2), 0.0, np.cos(0.2)], atol=1e-15)
+
+
+def test_a_flat_body_moves_entry_by_entry():
+    flat = dataclasses.replace(NOMINAL, inertia=np.array([1.0, 2.0, 3.0, 0.0, 0.0, 0.0]))
+    parameters = parametrization(flat, parse_free("inertia"), PriorSigma())
+    assert not parameters.physical and some("inertia").physical and not some("inertia.xx").physical
+    x = np.array([1.0, -0.5, 0.0, 0.2, 0.0, 0.0])
+    values = np.asarray(parameters.values(jnp.asarray(x)))[5:11]
+    np.testing.assert_allclose(values, flat.inertia + 0.15 * 2.0 * x, rtol=1e-14)
+
+
+def test_azimuths_meet_across_the_half_turn():
+    behind = dataclasses.replace(NOMINAL, magnet=np.array([-0.3, 0.001, 0.0]))
+    parameters = parametrization(behind, parse_free("magnet.azimuth"), PriorSigma())
+    values = behind.vector()
+    values[:3] = [-0.3, -0.001, 0.0]
+    # 0.38 deg over the half turn, in prior sigmas of 0.05 / 0.3 rad.
+    assert parameters.shifts(values)[0] == pytest.approx(2.0 * 0.001 / 0.3 / (0.05 / 0.3), rel=1e-4)
+
+
+def test_a_gauged_modulus_has_no_slope():
+    parameters = some(f"{POLAR},inertia,rods")
+    slopes = np.asarray(jax.jacfwd(parameters.named)(jnp.full(len(parameters.free), 0.3)))
+    assert not slopes[-3].any() and slopes[-2].any()

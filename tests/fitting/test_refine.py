@@ -1,5 +1,6 @@
 """Refinement of a session with limited charge current from the truth: exactly the limited samples are left out."""
 
+import dataclasses
 import json
 from pathlib import Path
 
@@ -9,8 +10,8 @@ import pytest
 from fitting.observations import build_problem
 from fitting.parameters import parametrization
 from fitting.problem import RATE_UNIT
-from fitting.refine import LIKELIHOODS, MAX_MINIMA, candidates, refine
-from fitting.solvers.multi_start import Starts
+from fitting.refine import LIKELIHOODS, MAX_MINIMA, MORE_ROUNDS, candidates, refine
+from fitting.solvers.multi_start import Starts, solve
 from jaxsat.cli.config import load_config
 from jaxsat.cli.inputs import fit_settings, nominal, observations
 from jaxsat.cli.session import prepare_session
@@ -43,7 +44,7 @@ class Limited:
         values += [*true["panel_ratio"], true["albedo_specular"], true["albedo_diffuse"], *np.zeros(12)]
         return self.parameters.shifts(np.array(values))
 
-    def refine(self, *, offsets=((0.0, 0.0, 0.0),), likelihood="mixture"):
+    def refine(self, *, offsets=((0.0, 0.0, 0.0),), likelihood="mixture", **options):
         """From the truth, in the fit's gauge, with rates off by `offsets` [rad/min]."""
         count = len(offsets)
         x = np.zeros((count, len(self.parameters.names)))
@@ -51,7 +52,9 @@ class Limited:
         x[:, 3:6] = np.array(self.truth["w"][0]) / RATE_UNIT + np.array(offsets)
         starts = Starts(x, np.array(self.truth["q"][:1] * count), np.arange(float(count)))
         weight = np.repeat(self.weight[:, None], 6, axis=1)
-        return refine(self.problem, self.parameters, starts, weight, likelihood=likelihood, progress=lambda *_: None)
+        return refine(
+            self.problem, self.parameters, starts, weight, likelihood=likelihood, progress=lambda *_: None, **options
+        )
 
 
 @pytest.fixture(scope="module")
@@ -120,3 +123,27 @@ def test_candidates_are_few_and_near_the_best():
     assert candidates(np.array([10.0, 11.0, 69.9, 70.1, 500.0])).tolist() == [0, 1, 2]
     assert candidates(np.full(100, 3.0)).tolist() == list(range(MAX_MINIMA))
     assert candidates(np.array([0.0])).tolist() == [0]
+
+
+def test_a_minimum_that_is_not_reached_gets_more_rounds(limited, refined, monkeypatch):
+    """With one step a round, the usual three rounds stop far off; the ones after them go on with fresh damping."""
+    rounds = []
+
+    def one_step(problem, parameters, stage, *inputs):
+        point = solve(problem, parameters, dataclasses.replace(stage, iterations=1), *inputs)
+        rounds.append(float(point.cost[0]))
+        return point
+
+    monkeypatch.setattr("fitting.refine.solve", one_step)
+    limited.refine(offsets=((1e-2, 0.0, 0.0),))
+    assert len(rounds) == 1 + len(LIKELIHOODS["mixture"]) + MORE_ROUNDS
+    last = rounds[-1 - MORE_ROUNDS :]
+    assert last == sorted(last, reverse=True) and last[-1] < last[0]
+
+
+def test_solvers_by_name_meet(limited, refined):
+    result = limited.refine(solver="lbfgs")
+    sigma = np.sqrt(np.diagonal(np.linalg.inv(refined.points.hessian[0])))[6:]
+    off = np.abs(result.points.x[0, 6:] - refined.points.x[0, 6:]) / sigma
+    assert off.max() < 0.5
+    np.testing.assert_array_equal(result.limited[0], refined.limited[0])

@@ -32,6 +32,11 @@ def box_currents(sun, dead=None):
     return currents
 
 
+def currents_of_dead() -> float:
+    """What panel -z would show."""
+    return float(box_currents(SUN_BODY)[5])
+
+
 def test_only_a_panel_dark_in_every_sample_with_a_free_gain_is_silent():
     currents = [box_currents(SUN_BODY, dead=5), box_currents(-SUN_BODY, dead=5)]
     np.testing.assert_array_equal(silent_panels(np.array(currents), 2e-3, parameters("gains")), np.arange(6) == 5)
@@ -48,8 +53,12 @@ def test_the_sun_on_a_dead_panel_is_found_from_the_others():
     np.testing.assert_allclose(sun_direction_body(jnp.asarray(filled[0])), SUN_BODY, atol=1e-12)
     # With the Sun on the other side the opposite panel says so, and nothing is filled in.
     np.testing.assert_array_equal(filled[1], currents[1])
+    # Light of the Earth on the opposite panel is not the Sun, and currents beyond the largest leave nothing.
+    earthlit = np.array(currents[:1])
+    earthlit[0, 4] = 0.05
+    np.testing.assert_allclose(filled_in(earthlit, 2e-3, np.arange(6) == 5, 0.24)[0, 5], currents_of_dead(), rtol=1e-12)
     bright = 2.0 * np.array(currents)
-    assert np.all(np.isfinite(filled_in(bright, 2e-3, np.arange(6) == 5, 0.24)))
+    np.testing.assert_array_equal(filled_in(bright, 2e-3, np.arange(6) == 5, 0.12), bright)
 
 
 @pytest.mark.parametrize("free", ["gains", "gains,imax"])
