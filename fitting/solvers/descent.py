@@ -21,6 +21,7 @@ from fitting.parameters import Parametrization
 from fitting.problem import Problem
 from fitting.solvers.least_squares import (
     FINISHED_DECREMENT,
+    TINY_DAMPING,
     Point,
     Settings,
     evaluate,
@@ -37,9 +38,6 @@ SUFFICIENT, FLAT = 1e-4, 0.9
 
 PEAK, BETA_1, BETA_2 = 10.0, 0.9, 0.99
 """Largest step of Adam in units of 1/sqrt(H_ii), and its means of gradient and square over 10 and 100 steps."""
-
-TINY_DAMPING = 1e-10
-"""Only keeps the factorisation of a singular matrix finite."""
 
 Bounds = tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]]
 
@@ -201,7 +199,7 @@ def _evaluate(
     """
     trial = evaluate(problem, parameters, settings, jnp.clip(x, *bounds), point.reference, point.weight, point.damping)
     _, decrement = solve_bounded(trial, *bounds, settings)
-    return eqx.tree_at(lambda p: p.decrement, trial, jnp.where(jnp.isnan(decrement), jnp.inf, decrement))
+    return eqx.tree_at(lambda p: p.decrement, trial, decrement)
 
 
 def _update(

@@ -21,6 +21,9 @@ LIMB_SCALE = 5.0
 FINISHED_DECREMENT = 1e-4
 """Cost below which a further step is not worth its time."""
 
+TINY_DAMPING = 1e-10
+"""Only keeps the factorisation of a singular matrix finite."""
+
 FIRST_DAMPING, SHRINK, GROW = 1e-2, 0.2, 8.0
 """Relative damping of the first step, and its factors after a step that was accepted or refused."""
 
@@ -59,7 +62,7 @@ class Point(eqx.Module):
     damping: Float[Array, ""]
     prediction: Prediction
     decrement: Float[Array, ""]
-    """Cost that the last step promised to save: below ~1e-4 the minimum is reached on the scale of sigma."""
+    """Cost that an undamped step promised to save: below ~1e-4 the minimum is reached on the scale of sigma."""
 
 
 def robust_weight(
@@ -136,7 +139,10 @@ def free_unknowns(
 def solve_bounded(
     point: Point, lower: Float[Array, " unknowns"], upper: Float[Array, " unknowns"], settings: Settings
 ) -> tuple[Float[Array, " unknowns"], Float[Array, ""]]:
-    """Damped step and the cost that it promises to save; unknowns pressed against a bound stay there."""
+    """Damped step, and the cost that an undamped one promises to save; unknowns pressed against a bound stay there.
+
+    A damped step promises little where only directions of little information are left: that is no reason to stop.
+    """
     free = free_unknowns(point, lower, upper, settings)
     gradient = jnp.where(free, point.gradient, 0.0)
     hessian = jnp.where(free[:, None] & free[None, :], point.hessian, 0.0)
@@ -146,8 +152,13 @@ def solve_bounded(
     root = jnp.sqrt(jnp.maximum(diagonal, 1e-300))
     scaled = hessian / (root[:, None] * root[None, :])
     identity = jnp.eye(scaled.shape[0], dtype=scaled.dtype)
-    step = -jax.scipy.linalg.solve(scaled + point.damping * identity, gradient / root, assume_a="pos") / root
-    return jnp.clip(point.x + step, lower, upper) - point.x, -0.5 * gradient @ step
+    dampings = jnp.stack([point.damping, jnp.minimum(point.damping, TINY_DAMPING)])
+    steps = jax.vmap(
+        lambda damping: -jax.scipy.linalg.solve(scaled + damping * identity, gradient / root, assume_a="pos") / root
+    )(dampings)
+    promise = -0.5 * gradient @ steps[1]
+    # A matrix that rounding makes indefinite promises nothing that could be believed.
+    return jnp.clip(point.x + steps[0], lower, upper) - point.x, jnp.where(jnp.isnan(promise), jnp.inf, promise)
 
 
 def blank_prediction(problem: Problem, unknowns: int) -> Prediction:
