@@ -19,6 +19,7 @@ from fitting.solvers.chunk import EVALUATIONS
 from fitting.solvers.multi_start import Progress, Stage, Starts, compile_solvers, grow
 from fitting.solvers.schedule import FIRST_ARC_LIT, arc_schedule
 from fitting.starts import filled_in, first_guesses, first_unknowns, silent_panels
+from fitting.stretches import carried_to, longest_stretch
 from fitting.summary import describe, summarize
 from jaxsat.errors import InputError
 from jaxsat.integrators import RK4, step_for
@@ -110,23 +111,20 @@ def fit(
     if coarse.limb is not None and not np.any(coarse.limb.known):
         reason = f"none is measured from the first sunlit sample on, t = {observations.t[0]:g} s"
         raise InputError(reason, field=LIMB_FIELD)
+    begin = longest_stretch(observations.t, bright & sunlit)
+    if begin > 0:
+        coarse = build_problem(observations.since(begin), max_step=step, whole=observations, **common)
+    searched = (bright & sunlit)[begin:]
     tabulated = time.perf_counter()
     # Programs compile in the background, in the order in which they are asked for, while the next one is traced.
     progress("compiling", 0, 1)
-    first_lit = np.flatnonzero(bright & sunlit)[:2]
-    measured = np.asarray(coarse.measured)
-    silent = silent_panels(measured, noise, parameters)
-    seen = jnp.asarray(filled_in(measured, noise, silent, nominal.max_current))
+    first_lit = np.flatnonzero(searched)[:2]
+    silent = silent_panels(observations.currents, noise, parameters)
+    seen = jnp.asarray(filled_in(np.asarray(coarse.measured), noise, silent, nominal.max_current))
     guessing = (seen, jax.random.key(settings.seed), settings.starts, jnp.asarray(first_lit), jnp.asarray(max_rate))
     first_guesses.compile(coarse, parameters, *guessing)
     compilations = compile_solvers(coarse, parameters, settings.solver)
     describe.compile(coarse, parameters, np.zeros(len(parameters.free)), np.zeros((len(coarse.valid), 4)))
-
-    use = np.repeat(np.asarray(coarse.valid).astype(float)[:, None], 6, axis=1)
-    # A sample on the wrong side of a shadow edge by a second says nothing about attitude: leave it out.
-    use[: len(bright)][bright != sunlit] = 0.0
-    if coarse.limb is not None:
-        use = np.hstack([use, np.asarray(coarse.limb.known, float)])
 
     attitude, rate = first_guesses(coarse, parameters, *guessing)
     x = np.tile(first_unknowns(parameters, silent), (len(attitude), 1))
@@ -137,12 +135,16 @@ def fit(
             compilation.result()
     compiled = time.perf_counter()
 
-    schedule = arc_schedule(bright & sunlit, len(observations.t) - 1, settings.free)
+    schedule = arc_schedule(searched, len(searched) - 1, settings.free)
+    use = _usable(coarse, bright[begin:], sunlit[begin:])
     survivors = grow(coarse, parameters, schedule, starts, use, progress)
+    if begin > 0:
+        survivors = carried_to(survivors, parameters, observations, begin, finest)
     # The spin of the survivors, which is nonsense where it goes far beyond that of the starts.
     spin = RATE_UNIT * float(np.linalg.norm(survivors.x[candidates(survivors.cost), 3:6], axis=1).max())
     step = min(settings.step_s, step_for(RK4, min(_fastest(spin), 2.0 * max_rate), duration, FINE_TOLERANCE))
     fine = build_problem(observations, max_step=step, **common)
+    use = _usable(fine, bright, sunlit)
     if settings.adaptive is None:
         how = {"likelihood": settings.likelihood, "solver": settings.solver}
         refined = refine(fine, parameters, survivors, use, **how, progress=progress)
@@ -158,3 +160,11 @@ def fit(
 def _fastest(spin: float) -> float:
     """Highest rate in a session that begins with this one, with room for the swing of the magnet in the field."""
     return 1.3 * spin + 1e-3
+
+
+def _usable(problem: Problem, bright: np.ndarray, sunlit: np.ndarray) -> np.ndarray:
+    """[samples channels] 1 where a measurement counts, of samples that the arrays [time] say are bright and sunlit."""
+    use = np.repeat(np.asarray(problem.valid).astype(float)[:, None], 6, axis=1)
+    # A sample on the wrong side of a shadow edge by a second says nothing about attitude: leave it out.
+    use[: len(bright)][bright != sunlit] = 0.0
+    return use if problem.limb is None else np.hstack([use, np.asarray(problem.limb.known, float)])

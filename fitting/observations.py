@@ -74,13 +74,16 @@ def _tabulate(orbit, field, greenwich, rate, radius, node_times, sample_times, s
 tabulate = Stored(_tabulate, lambda: (hollow(OrbitTable), hollow(LightTable)))
 
 
-def _layout(observations: Observations, max_step: float, room_for: float) -> tuple[StepGrid, tuple]:
+def _layout(
+    observations: Observations, max_step: float, room_for: float, whole: Observations
+) -> tuple[StepGrid, tuple]:
     """The padded grid and the arguments of `tabulate`."""
-    t = observations.t
+    t, t_whole = observations.t, whole.t
     # Steps are padded generously, so that the coarse and the fine grid of a session share one program.
-    steps = len(StepGrid.through(t, start=t[0], max_step=min(room_for, max_step)).step)
+    steps = len(StepGrid.through(t_whole, start=t_whole[0], max_step=min(room_for, max_step)).step)
+    pad_samples = -(-len(t_whole) // PAD_SAMPLES) * PAD_SAMPLES
     pad_steps = -(-steps // PAD_STEPS) * PAD_STEPS
-    grid = StepGrid.through(t, start=t[0], max_step=max_step, pad_samples=PAD_SAMPLES, pad_steps=pad_steps)
+    grid = StepGrid.through(t, start=t[0], max_step=max_step, pad_samples=pad_samples, pad_steps=pad_steps)
     extra = len(grid.sample_index) - len(t)
     sun = np.pad(observations.sun_eci, ((0, extra), (0, 0)), mode="edge")
     arguments = (
@@ -103,14 +106,16 @@ def build_problem(
     max_step: float,
     room_for: float = FINEST_USUAL_STEP_S,
     limb_sigma: float | None = None,
+    whole: Observations | None = None,
 ) -> Problem:
     """Tables and padded measurements for steps of at most `max_step` [s]; `noise` is one sigma [A].
 
     `room_for` [s] is the shortest step that any problem of the session will have: with it they share their programs.
+    Where the observations are a part of a `whole` session, they get its shape.
     `limb_sigma` is that of the limb angles, their weight included [rad]. Raises ValueError where there are any without
     it, and `InputError` where they are seen from inside the Earth.
     """
-    grid, arguments = _layout(observations, max_step, room_for)
+    grid, arguments = _layout(observations, max_step, room_for, whole or observations)
     orbit_table, light = tabulate(*arguments)
     if observations.limb is not None:
         lowest = float(np.linalg.norm(np.asarray(orbit_table.position_eci), axis=-1).min())
