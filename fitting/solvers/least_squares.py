@@ -66,15 +66,15 @@ class Point(eqx.Module):
 
 
 def robust_weight(
-    residual: Float[Array, "samples channels"], scale: Float[Array | np.ndarray, "..."]
-) -> Float[Array, "samples channels"]:
+    residual: Float[Array, "*starts samples channels"], scale: Float[Array | np.ndarray, "..."]
+) -> Float[Array, "*starts samples channels"]:
     """Weight of the pseudo-Huber loss 2 c^2 (sqrt(1 + (r/c)^2) - 1) (Charbonnier et al. 1997), 1 at r = 0."""
     return 1.0 / jnp.sqrt(1.0 + (residual / scale) ** 2)
 
 
 def robust_cost(
-    residual: Float[Array, "samples channels"], scale: Float[Array | np.ndarray, "..."]
-) -> Float[Array, "samples channels"]:
+    residual: Float[Array, "*starts samples channels"], scale: Float[Array | np.ndarray, "..."]
+) -> Float[Array, "*starts samples channels"]:
     """Pseudo-Huber loss, r^2 for small r; written without the difference that loses its digits at large `scale`."""
     square = residual**2
     return 2.0 * square / (1.0 + jnp.sqrt(1.0 + square / scale**2))
