@@ -13,7 +13,7 @@ import numpy as np
 
 from fitting.names import GAINS, INERTIA, MAGNET, MODEL, NAMED, POLAR, RODS, STATE, TILTS, TO_UNIT
 from fitting.parameters import GAINS_SLICE, INERTIA_SLICE, MAGNET_SLICE, RODS_SLICE, TILTS_SLICE, Parametrization
-from fitting.transforms import polar_from_dipole
+from fitting.transforms import ENTRIES, polar_from_dipole, tensor_of
 
 BLIND = 1e-3
 """Information of the data over that of the prior below which they say nothing: a sigma of thirty prior ones."""
@@ -134,11 +134,10 @@ def _turn(values: np.ndarray, axis: str) -> np.ndarray:
     if np.any(magnet):
         slope = jax.jvp(polar_from_dipole, (jnp.asarray(magnet),), (jnp.asarray(change[MAGNET_SLICE]),))[1]
         change[len(MODEL) :] = np.asarray(slope)
-    xx, yy, zz, xy, xz, yz = values[INERTIA_SLICE]
-    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    tensor = tensor_of(values[INERTIA_SLICE])
     matrix = np.cross(np.eye(3), unit)
     turned = matrix @ tensor - tensor @ matrix
-    change[INERTIA_SLICE] = turned[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    change[INERTIA_SLICE] = turned[ENTRIES]
     change[TILTS_SLICE] = [float(name.endswith(f".{axis}")) for name in TILTS]
     return change
 

@@ -25,8 +25,6 @@ from jaxsat.integrators import StepGrid
 
 FINEST_USUAL_STEP_S = 8.0
 """Grids are padded to the number of steps of this length [s], unless more room is asked for."""
-
-
 LIMB_FIELD = "limb angles"
 """The field that an `InputError` names where not the currents but the limb angles are at fault."""
 

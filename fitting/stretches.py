@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 
 from fitting.observations import Observations
 from fitting.parameters import Parametrization, build_model
-from fitting.problem import RATE_UNIT
+from fitting.problem import PAD_STEPS, RATE_UNIT
 from fitting.solvers.multi_start import Starts
 from fitting.stored import Stored
 from jaxsat.dynamics import AttitudeState
@@ -24,7 +24,6 @@ LONG_GAP_SAMPLES, LONG_GAP_S = 6.0, 300.0
 """A gap between lit samples parts two stretches where it is longer than so many usual ones and so many seconds."""
 TOGETHER = 32
 """Starts carried in one call."""
-PAD_STEPS = 64
 
 
 def longest_stretch(t: np.ndarray, lit: np.ndarray) -> int:

@@ -6,11 +6,19 @@ from jaxtyping import Array, Float
 
 from jaxsat.spacecraft import symmetric_tensor
 
+ENTRIES = np.array([0, 1, 2, 0, 0, 1]), np.array([0, 1, 2, 1, 2, 2])
+"""Rows and columns of a tensor's entries xx yy zz xy xz yz."""
+
+
+def tensor_of(inertia: np.ndarray) -> np.ndarray:
+    """[3 3] symmetric tensor from its `ENTRIES` [6], on the host."""
+    xx, yy, zz, xy, xz, yz = np.asarray(inertia, dtype=float)
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
 
 def _second_moment(inertia: np.ndarray) -> np.ndarray:
     """[3 3] S = tr(J)/2 I - J of J [6] as xx yy zz xy xz yz."""
-    xx, yy, zz, xy, xz, yz = np.asarray(inertia, dtype=float)
-    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    tensor = tensor_of(inertia)
     return 0.5 * np.trace(tensor) * np.eye(3) - tensor
 
 
@@ -42,7 +50,7 @@ def physical_inertia(
     stretch = root @ (identity + 0.5 * root_inverse @ change @ root_inverse.T)
     second_moment = stretch @ stretch.T
     tensor = jnp.trace(second_moment) * identity - second_moment
-    return tensor[np.array([0, 1, 2, 0, 0, 1]), np.array([0, 1, 2, 1, 2, 2])]
+    return tensor[ENTRIES]
 
 
 def inertia_shift(root: np.ndarray, inertia: np.ndarray) -> np.ndarray:
@@ -52,7 +60,7 @@ def inertia_shift(root: np.ndarray, inertia: np.ndarray) -> np.ndarray:
     values, vectors = np.linalg.eigh(inverse @ target @ target.T @ inverse.T)
     change = root @ ((vectors * 2.0 * (np.sqrt(values) - 1.0)) @ vectors.T) @ root.T
     change = np.trace(change) * np.eye(3) - change
-    return change[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    return change[ENTRIES]
 
 
 def dipole_from_polar(polar: Float[Array, "3"]) -> Float[Array, "3"]:
