@@ -1,5 +1,6 @@
 """The fitted parameters with their 1-sigma as a picture of a table."""
 
+import textwrap
 from collections.abc import Sequence
 
 from matplotlib.figure import Figure
@@ -8,6 +9,8 @@ from matplotlib.lines import Line2D
 from jaxsat.plotting.style import FAINT, INK, new_figure
 
 ROW_IN = 0.235
+FOOTER_CHARACTERS = 110
+"""Length at which a line of the footer is broken: the picture's width."""
 COLUMNS_IN = {"parameter": 0.15, "value": 3.05, "1σ": 3.30, "unit": 4.35, "note": 5.35}
 """Where each column begins [in]; `value` is where it ends, because numbers stand at the right."""
 
@@ -23,6 +26,8 @@ def draw_parameters(
 
     `footer` holds lines below the table, such as the gauge.
     """
+    # A satellite with many blind combinations has a long one.
+    footer = [part for line in footer for part in textwrap.wrap(line, FOOTER_CHARACTERS)]
     width = 8.6
     height = 0.62 + ROW_IN * (len(rows) + 1.6 + 0.9 * len(footer))
     figure = new_figure(width, height, title, subtitle)
