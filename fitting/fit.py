@@ -41,6 +41,8 @@ class FitSettings:
     """1-sigma of one current."""
     quantum_mA: float = 1.0
     """Step of the telemetered currents; its rounding adds quantum^2 / 12 to the variance."""
+    zero_is_floor: bool = True
+    """Whether a reading of zero stands for all currents below half a step; see `fitting.solvers.floor`."""
     max_rate_deg_s: float = 1.5
     step_s: float = 32.0
     """Longest integration step; shorter ones are taken where the rate asks for them."""
@@ -94,7 +96,8 @@ def fit(
         limb_sigma = float(np.radians(settings.limb_sigma_deg) / np.sqrt(settings.limb_weight))
     else:
         observations = dataclasses.replace(observations, limb=None)
-    common = {"noise": noise, "room_for": finest, "limb_sigma": limb_sigma}
+    floor = 0.5e-3 * settings.quantum_mA if settings.zero_is_floor else None
+    common = {"noise": noise, "room_for": finest, "limb_sigma": limb_sigma, "floor": floor}
     coarse = build_problem(observations, max_step=step, **common)
     bright, sunlit = (each[: len(observations.t)] for each in (coarse.bright(), coarse.sunlit()))
     if (bright & sunlit).sum() < FIRST_ARC_LIT:

@@ -8,6 +8,7 @@ import numpy as np
 
 from fitting.limb import LimbAngles
 from fitting.problem import PAD_SAMPLES, PAD_STEPS, Problem
+from fitting.solvers.floor import NO_FLOOR
 from fitting.stored import Stored, hollow
 from jaxsat.environment import (
     AbstractMagneticField,
@@ -104,12 +105,15 @@ def build_problem(
     max_step: float,
     room_for: float = FINEST_USUAL_STEP_S,
     limb_sigma: float | None = None,
+    floor: float | None = None,
     whole: Observations | None = None,
 ) -> Problem:
     """Tables and padded measurements for steps of at most `max_step` [s]; `noise` is one sigma [A].
 
     `room_for` [s] is the shortest step that any problem of the session will have: with it they share their programs.
     Where the observations are a part of a `whole` session, they get its shape.
+    `floor` [A] is the largest current that reads as zero, half a step of the telemetry; None where zero is a reading
+    as any other, as it is in a session with readings below it.
     `limb_sigma` is that of the limb angles, their weight included [rad]. Raises ValueError where there are any without
     it, and `InputError` where they are seen from inside the Earth.
     """
@@ -121,13 +125,16 @@ def build_problem(
             reason = f"the orbit goes down to {1e-3 * lowest:.0f} km, below the Earth's radius: there is no limb"
             raise InputError(reason, field=LIMB_FIELD)
     extra = len(grid.sample_index) - len(observations.t)
+    measured = np.pad(observations.currents, ((0, extra), (0, 0)))
+    floored = (measured == 0.0) & (floor is not None and not np.any(measured < 0.0))
     return Problem(
         grid=grid,
         orbit=orbit_table,
         light=light,
-        measured=np.pad(observations.currents, ((0, extra), (0, 0))),
+        measured=measured,
         valid=np.arange(len(grid.sample_index)) < len(observations.t),
         noise=np.asarray(noise),
+        floor=np.where(floored, (floor or 0.0) / noise, NO_FLOOR),
         limb=_limb_angles(observations, extra, limb_sigma),
     )
 

@@ -45,6 +45,8 @@ class Problem(eqx.Module):
     """False for padding."""
     noise: Float[Array | np.ndarray, ""]
     """1-sigma of one current, quantisation included [A]."""
+    floor: Float[Array | np.ndarray, "samples 6"]
+    """What a reading of zero may have been at most, in sigmas; -inf where a reading is above the telemetry's floor."""
     limb: LimbAngles | None = None
     """Limb angles at the samples; None where none are to be fitted."""
 

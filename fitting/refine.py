@@ -8,7 +8,7 @@ import numpy as np
 
 from fitting.parameters import Parametrization
 from fitting.problem import CURRENTS, Problem
-from fitting.solvers.least_squares import LIMB_SCALE, Point, robust_cost
+from fitting.solvers.least_squares import LIMB_SCALE, Point, robust_loss
 from fitting.solvers.multi_start import NONE, Progress, Stage, Starts, distinct, solve
 from fitting.uncertainty import at_bound, covariance, promised_saving
 
@@ -25,8 +25,10 @@ TAIL = 6.0
 """Degrees of freedom of Student's distribution, as many as a sample has currents."""
 CONVERGED_DECREMENT = 1e-2
 """An undamped step would improve the cost by less than this: a tenth of a sigma in every direction."""
-MORE_ROUNDS = 3
+MORE_ROUNDS = 6
 """Rounds more, with fresh damping, while a minimum is not reached so far."""
+OPTIMISM = 10.0
+"""How much more than an undamped step promises a minimum may still save: those that stay above the best are left."""
 MAX_MINIMA = 8
 """Minima compared on the whole arc."""
 
@@ -101,7 +103,16 @@ def refine(
         progress("refining", number, rounds)
         return solve(problem, parameters, stage, x, reference, weight)
 
-    points = run(0, Stage(last, count, 12, ROBUST_SCALE, everything, solver=solver), chosen.x, chosen.reference, weight)
+    def settle(points: Point, number: int, stage: Stage, weight: np.ndarray) -> Point:
+        for _ in range(MORE_ROUNDS):
+            if not _unsettled(points, parameters):
+                break
+            points = run(number, stage, np.asarray(points.x), np.asarray(points.reference), weight)
+        return points
+
+    stage = Stage(last, count, 12, ROBUST_SCALE, everything, solver=solver)
+    # To the end: what is still on its way must not choose which samples are left out.
+    points = settle(run(0, stage, chosen.x, chosen.reference, weight), 0, stage, weight)
     limited = np.zeros(weight.shape[:2], bool)
     hopeless = np.zeros(count, bool)
     used = (weight[..., :CURRENTS] > 0).any(axis=2)
@@ -114,14 +125,11 @@ def refine(
         stage = Stage(last, count, 15, PLAIN, everything, share.tail, share.ceiling, solver=solver)
         kept = np.where(limited[..., None] & (np.arange(problem.channels) < CURRENTS), 0.0, weight)
         points = run(number, stage, np.asarray(points.x), np.asarray(points.reference), kept)
-    for _ in range(MORE_ROUNDS):
-        if not any(_unsettled(points, k, parameters) for k in range(count)):
-            break
-        points = run(rounds - 1, stage, np.asarray(points.x), np.asarray(points.reference), kept)
+    points = settle(points, rounds - 1, stage, kept)
     x, reference = np.asarray(points.x), np.asarray(points.reference)
     score = 0.5 * (np.minimum(_sample_squares(points, weight), SAMPLE_LIMIT)).sum(axis=1)
     limb = jnp.asarray(points.prediction.residual)[..., CURRENTS:]
-    squares = np.asarray(robust_cost(limb, np.asarray(LIMB_SCALE))) * weight[..., CURRENTS:]
+    squares = np.asarray(robust_loss(limb**2, np.asarray(LIMB_SCALE))) * weight[..., CURRENTS:]
     score = score + 0.5 * squares.sum(axis=(1, 2))
     score = score + 0.5 * (x[:, 6:] ** 2).sum(axis=1)
     order = distinct(Starts(x, reference, score), attitude=0.02, rate=2e-3)
@@ -129,13 +137,16 @@ def refine(
     return Refined(jax.tree.map(lambda leaf: leaf[order], points), score[order], limited[order], hopeless[order])
 
 
-def _unsettled(points: Point, k: int, parameters: Parametrization) -> bool:
-    """Whether minimum number `k` is one that more steps would lower."""
-    x, gradient, information = (np.asarray(leaf)[k] for leaf in (points.x, points.gradient, points.hessian))
-    if not np.isfinite(np.asarray(points.cost)[k]):
-        return False
-    pressed = at_bound(x, gradient, parameters.bounds())
-    return promised_saving(gradient, covariance(information, ~pressed), pressed) > CONVERGED_DECREMENT
+def _unsettled(points: Point, parameters: Parametrization) -> bool:
+    """Whether more steps would lower a minimum that is the best one, or might become it."""
+    costs = np.where(np.isfinite(points.cost), points.cost, np.inf)
+    for cost, x, gradient, information in zip(costs, points.x, points.gradient, points.hessian, strict=True):
+        if np.isfinite(cost):
+            pressed = at_bound(x, gradient, parameters.bounds())
+            promise = promised_saving(gradient, covariance(information, ~pressed), pressed)
+            if promise > CONVERGED_DECREMENT and cost - OPTIMISM * promise <= costs.min():
+                return True
+    return False
 
 
 def _sample_squares(points: Point, weight: np.ndarray) -> np.ndarray:

@@ -86,15 +86,19 @@ def step_s(session: BlindSession, spin: float, tolerance: float) -> float:
     return min(session.settings.step_s, step_for(RK4, spin, duration, tolerance))
 
 
-def problem_of(session: BlindSession, step: float) -> tuple[Observations, Problem, np.ndarray]:
-    """As `fit` makes them: samples from the first lit one on, the problem, and the weights of its currents."""
+def problem_of(session: BlindSession, step: float, begin: int = 0) -> tuple[Observations, Problem, np.ndarray]:
+    """As `fit` makes them: samples from the first lit one on, the problem, and the weights of its currents.
+
+    Those from number `begin` of these samples on.
+    """
     settings, samples = session.settings, session.observations
     noise = 1e-3 * float(np.hypot(settings.noise_mA, settings.quantum_mA / np.sqrt(12.0)))
-    problem = build_problem(samples, noise=noise, max_step=step)
+    floor = 0.5e-3 * settings.quantum_mA if settings.zero_is_floor else None
+    problem = build_problem(samples, noise=noise, max_step=step, floor=floor)
     first = int(np.flatnonzero(problem.bright() & problem.sunlit())[0])
-    if first > 0:
-        samples = samples.since(first)
-        problem = build_problem(samples, noise=noise, max_step=step)
+    if first + begin > 0:
+        samples = samples.since(first + begin)
+        problem = build_problem(samples, noise=noise, max_step=step, floor=floor)
     use = np.repeat(np.asarray(problem.valid).astype(float)[:, None], 6, axis=1)
     use[problem.bright() != problem.sunlit()] = 0.0
     return samples, problem, use

@@ -28,6 +28,7 @@ def trace(number: int, cache: Path, *, hard: bool, seed: int = 0, starts: int = 
     from fitting.problem import RATE_UNIT
     from fitting.solvers.multi_start import HOPELESS, Starts, advance, distinct
     from fitting.solvers.schedule import arc_schedule
+    from fitting.stretches import longest_stretch
     from fitting.starts import filled_in, first_guesses, first_unknowns, silent_panels
 
     session = blind_session(number, cache, hard=hard)
@@ -35,6 +36,10 @@ def trace(number: int, cache: Path, *, hard: bool, seed: int = 0, starts: int = 
     samples, problem, use = problem_of(session, step_s(session, max_rate, COARSE_TOLERANCE))
     parameters = parametrization(session.nominal, session.settings.free, session.settings.prior)
     usable = (problem.bright() & problem.sunlit())[: len(samples.t)]
+    begin = longest_stretch(samples.t, usable)
+    if begin > 0:
+        samples, problem, use = problem_of(session, step_s(session, max_rate, COARSE_TOLERANCE), begin)
+        usable = usable[begin:]
     key, lit = jax.random.key(seed), jnp.asarray(np.flatnonzero(usable)[:2])
     measured, noise = np.asarray(problem.measured), float(problem.noise)
     silent = silent_panels(measured, noise, parameters)
@@ -53,7 +58,7 @@ def trace(number: int, cache: Path, *, hard: bool, seed: int = 0, starts: int = 
         return np.maximum(angle, RATE_UNIT * arc_s * np.linalg.norm(a.x[:, 3:6] - b.x[0, 3:6], axis=1))
 
     spin = np.degrees(RATE_UNIT * np.linalg.norm(x_true[3:6]))
-    lines = [f"session {number}: {spin:.2f} deg/s at the first lit sample, {int(usable.sum())} lit"]
+    lines = [f"session {number}: {spin:.2f} deg/s at the first lit sample, {int(usable.sum())} lit, begins at sample {begin}"]
     for index, stage in enumerate(arc_schedule(usable, len(samples.t) - 1, session.settings.free)):
         arc_s = float(samples.t[stage.last_sample] - samples.t[0])
         entering = points.take(np.arange(min(stage.keep, len(points.cost))))

@@ -13,6 +13,7 @@ from jaxtyping import Array, Bool, Float, Int
 from fitting.names import STATE
 from fitting.parameters import Parametrization
 from fitting.problem import CURRENTS, PAD_SAMPLES, Prediction, Problem, predict_blocks
+from fitting.solvers.floor import NO_FLOOR, at_floor
 from jaxsat.math import quaternion
 
 LIMB_SCALE = 5.0
@@ -65,18 +66,13 @@ class Point(eqx.Module):
     """Cost that an undamped step promised to save: below ~1e-4 the minimum is reached on the scale of sigma."""
 
 
-def robust_weight(
-    residual: Float[Array, "*starts samples channels"], scale: Float[Array | np.ndarray, "..."]
+def robust_loss(
+    square: Float[Array, "*starts samples channels"], scale: Float[Array | np.ndarray, "..."]
 ) -> Float[Array, "*starts samples channels"]:
-    """Weight of the pseudo-Huber loss 2 c^2 (sqrt(1 + (r/c)^2) - 1) (Charbonnier et al. 1997), 1 at r = 0."""
-    return 1.0 / jnp.sqrt(1.0 + (residual / scale) ** 2)
+    """Pseudo-Huber loss 2 c^2 (sqrt(1 + s/c^2) - 1) (Charbonnier et al. 1997) of squared residuals, s where small.
 
-
-def robust_cost(
-    residual: Float[Array, "*starts samples channels"], scale: Float[Array | np.ndarray, "..."]
-) -> Float[Array, "*starts samples channels"]:
-    """Pseudo-Huber loss, r^2 for small r; written without the difference that loses its digits at large `scale`."""
-    square = residual**2
+    Its slope is 1/sqrt(1 + s/c^2). Written without the difference that loses its digits at large `scale`.
+    """
     return 2.0 * square / (1.0 + jnp.sqrt(1.0 + square / scale**2))
 
 
@@ -101,22 +97,29 @@ def normal_equations(
     J: Float[Array, "samples channels unknowns"],
     weight: Float[Array, "samples channels"],
     settings: Settings,
+    floor: Float[Array, "samples currents"] | None = None,
 ) -> tuple[Float[Array, ""], Float[Array, " unknowns"], Float[Array, "unknowns unknowns"]]:
-    """Cost, gradient and Gauss-Newton matrix of some samples.
+    """Cost, gradient and Gauss-Newton matrix of some samples; `floor` is that of `Problem`.
 
     The loss of a sample is that of its currents: what is wrong with them, as a limited charge current, is nothing to
     the limb angles, which are robust each by itself.
     """
     scale = jnp.asarray(settings.robust_scale)
     scale = jnp.where(jnp.arange(r.shape[1]) < CURRENTS, scale, jnp.minimum(scale, LIMB_SCALE))[None, :]
-    square = robust_cost(r, scale) * weight
-    loss, of_sample = sample_loss(jnp.sum(square[:, :CURRENTS], axis=1), settings)
-    weight = robust_weight(r, scale) * weight
+    if floor is None:
+        square, slope, curvature = r**2, r, jnp.ones_like(r)
+    else:
+        square, slope, curvature = at_floor(
+            r, jnp.pad(floor, ((0, 0), (0, r.shape[1] - CURRENTS)), constant_values=NO_FLOOR)
+        )
+    loss = robust_loss(square, scale) * weight
+    of_samples, of_sample = sample_loss(jnp.sum(loss[:, :CURRENTS], axis=1), settings)
+    weight = weight / jnp.sqrt(1.0 + square / scale**2)
     weight = jnp.concatenate([weight[:, :CURRENTS] * of_sample[:, None], weight[:, CURRENTS:]], axis=1)
     flat_j = J.reshape(-1, J.shape[-1])
-    weighted_j = (J * weight[..., None]).reshape(flat_j.shape)
-    cost = 0.5 * jnp.sum(loss) + 0.5 * jnp.sum(square[:, CURRENTS:])
-    return cost, weighted_j.T @ r.reshape(-1), weighted_j.T @ flat_j
+    weighted_j = (J * (weight * curvature)[..., None]).reshape(flat_j.shape)
+    cost = 0.5 * jnp.sum(of_samples) + 0.5 * jnp.sum(loss[:, CURRENTS:])
+    return cost, flat_j.T @ (weight * slope).reshape(-1), weighted_j.T @ flat_j
 
 
 def priors(
@@ -213,8 +216,8 @@ def evaluate(
 
     def add(total, new, begin):
         residual, jacobian = new
-        own = jax.lax.dynamic_slice_in_dim(weight, begin, PAD_SAMPLES)
-        return jax.tree.map(jnp.add, total, normal_equations(residual, jacobian, own, settings))
+        own = [jax.lax.dynamic_slice_in_dim(leaf, begin, PAD_SAMPLES) for leaf in (weight, jnp.asarray(problem.floor))]
+        return jax.tree.map(jnp.add, total, normal_equations(residual, jacobian, own[0], settings, own[1]))
 
     prediction, (cost, gradient, hessian) = predict_blocks(
         problem, parameters, x, reference, settings.blocks, visit=add, carry=priors(x)

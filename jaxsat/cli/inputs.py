@@ -102,6 +102,7 @@ def fit_settings(config: "Config") -> FitSettings:
         seed=fit.seed,
         noise_mA=fit.noise_mA,
         quantum_mA=fit.quantum_mA,
+        zero_is_floor=fit.zero_is_floor,
         max_rate_deg_s=fit.max_rate_deg_s,
         step_s=fit.step_s,
         likelihood=fit.likelihood,

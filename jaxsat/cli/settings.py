@@ -340,6 +340,11 @@ class Fit(_Section):
     seed: int = Field(default=0, ge=0, lt=2**32, description="seed of the starts")
     noise_mA: Positive = Field(default=2.0, description="1-sigma of a current [mA]")
     quantum_mA: NonNegative = Field(default=1.0, description="step in which currents are telemetered [mA]")
+    zero_is_floor: bool = Field(
+        default=True,
+        description="a current of 0 was half a step or less, for the telemetry has nothing below it; false where 0 is "
+        "a current as any other",
+    )
     max_rate_deg_s: Positive = Field(default=1.5, le=30, description="highest angular rate of the starts [deg/s]")
     step_s: float = Field(
         default=32.0, gt=0, le=60, description="longest integration step; shorter where the rate asks for it [s]"

@@ -115,6 +115,7 @@ def test_every_key_of_the_fit_arrives():
         "seed": 5,
         "noise_mA": 1.5,
         "quantum_mA": 0.5,
+        "zero_is_floor": False,
         "max_rate_deg_s": 2.5,
         "step_s": 20.0,
         "likelihood": "student",

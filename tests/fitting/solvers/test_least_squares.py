@@ -13,11 +13,12 @@ import pytest
 from fitting.observations import build_problem
 from fitting.parameters import parametrization
 from fitting.problem import RATE_UNIT, Prediction
+from fitting.solvers.floor import NO_FLOOR
 from fitting.solvers.least_squares import (
     Point,
     Settings,
-    robust_cost,
-    robust_weight,
+    normal_equations,
+    robust_loss,
     sample_loss,
     solve_bounded,
 )
@@ -30,23 +31,32 @@ SESSION = Path(__file__).parents[3] / "jaxsat" / "data" / "munin" / "a-nominal-e
 PLAIN = 1e4
 
 
-def test_weight_is_the_derivative_of_the_cost():
-    residual = jnp.asarray(np.random.default_rng(0).normal(size=(50, 6)) * 10.0 ** np.linspace(-4, 4, 50)[:, None])
-    for scale in (0.5, 3.0, 1e4):
-        c = jnp.asarray(scale)
-        slope = jax.grad(lambda r, c=c: jnp.sum(robust_cost(r, c)))(residual)
-        np.testing.assert_allclose(slope, 2.0 * robust_weight(residual, c) * residual, rtol=1e-12)
-
-
-def test_robust_cost_is_pseudo_huber():
+def test_robust_loss_is_pseudo_huber():
     r = np.array([[-30.0, -3.0, 0.0, 0.3, 3.0, 300.0]])
     c = 3.0
     expected = 2.0 * c**2 * (np.sqrt(1.0 + (r / c) ** 2) - 1.0)
-    np.testing.assert_allclose(robust_cost(jnp.asarray(r), jnp.asarray(c)), expected, rtol=1e-13)
-    np.testing.assert_allclose(robust_cost(jnp.asarray(1e-8 * r), jnp.asarray(c)), 1e-16 * r**2, rtol=1e-10)
+    square = jnp.asarray(r**2)
+    np.testing.assert_allclose(robust_loss(square, jnp.asarray(c)), expected, rtol=1e-13)
+    np.testing.assert_allclose(robust_loss(1e-16 * square, jnp.asarray(c)), 1e-16 * r**2, rtol=1e-10)
     # Without robustness no digit is lost: plain squares to (r/c)^2 / 4.
-    np.testing.assert_allclose(robust_cost(jnp.asarray(r), jnp.asarray(1e9)), r**2, rtol=1e-12)
-    assert np.all(np.asarray(robust_weight(jnp.asarray(r), jnp.asarray(1e9))) > 1.0 - 1e-12)
+    np.testing.assert_allclose(robust_loss(square, jnp.asarray(1e9)), r**2, rtol=1e-12)
+
+
+@pytest.mark.parametrize("scale", [0.5, 3.0, 1e4])
+def test_gradient_is_the_derivative_of_the_cost(scale):
+    """Of the pseudo-Huber loss over all magnitudes, of readings at the floor and above, and of the mixture."""
+    rng = np.random.default_rng(0)
+    residual = jnp.asarray(np.abs(rng.normal(size=(50, 6))) * 10.0 ** np.linspace(-4, 2, 50)[:, None])
+    floor = jnp.where(jnp.asarray(rng.uniform(size=(50, 6))) < 0.5, 0.25, NO_FLOOR)
+    J, weight = jnp.asarray(rng.normal(size=(50, 6, 3))), jnp.asarray(rng.uniform(size=(50, 6)))
+    c, none = jnp.asarray(scale), jnp.asarray(NONE)
+    settings = Settings(jnp.asarray(0), jnp.asarray(0), c, jnp.ones(3, bool), none, jnp.asarray(30.0))
+
+    def equations(x):
+        return normal_equations(residual + 1e-3 * J @ x, 1e-3 * J, weight, settings, floor)
+
+    slope = jax.grad(lambda x: equations(x)[0])(jnp.zeros(3))
+    np.testing.assert_allclose(equations(jnp.zeros(3))[1], slope, rtol=1e-9, atol=1e-14)
 
 
 @pytest.mark.parametrize(("tail", "ceiling"), [(NONE, NONE), (6.0, NONE), (NONE, 30.0), (4.0, 20.0)])
