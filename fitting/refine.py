@@ -126,6 +126,9 @@ def refine(
         kept = np.where(limited[..., None] & (np.arange(problem.channels) < CURRENTS), 0.0, weight)
         points = run(number, stage, np.asarray(points.x), np.asarray(points.reference), kept)
     points = settle(points, rounds - 1, stage, kept)
+    # What more rounds have brought to explain the samples is not hopeless any more.
+    inexplicable = (_sample_squares(points, weight) > SAMPLE_LIMIT) & used
+    hopeless &= inexplicable.sum(axis=1) > MAX_LEFT_OUT * bright.sum(axis=1)
     x, reference = np.asarray(points.x), np.asarray(points.reference)
     score = 0.5 * (np.minimum(_sample_squares(points, weight), SAMPLE_LIMIT)).sum(axis=1)
     limb = jnp.asarray(points.prediction.residual)[..., CURRENTS:]
