@@ -8,7 +8,7 @@ import numpy as np
 
 from fitting.parameters import Parametrization
 from fitting.problem import CURRENTS, Problem
-from fitting.solvers.least_squares import LIMB_SCALE, Point, robust_loss
+from fitting.solvers.least_squares import FINISHED_DECREMENT, LIMB_SCALE, Point, robust_loss
 from fitting.solvers.multi_start import NONE, Progress, Stage, Starts, distinct, solve
 from fitting.uncertainty import at_bound, covariance, promised_saving
 
@@ -107,7 +107,11 @@ def refine(
         for _ in range(MORE_ROUNDS):
             if not _unsettled(points, parameters):
                 break
+            cost = np.asarray(points.cost)
             points = run(number, stage, np.asarray(points.x), np.asarray(points.reference), weight)
+            # On a kink, where a panel's horizon passes a sample, a step promises what no step brings.
+            if not np.any(points.cost < cost - FINISHED_DECREMENT):
+                break
         return points
 
     stage = Stage(last, count, 12, ROBUST_SCALE, everything, solver=solver)

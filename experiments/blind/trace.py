@@ -28,8 +28,8 @@ def trace(number: int, cache: Path, *, hard: bool, seed: int = 0, starts: int = 
     from fitting.problem import RATE_UNIT
     from fitting.solvers.multi_start import HOPELESS, Starts, advance, distinct
     from fitting.solvers.schedule import arc_schedule
-    from fitting.stretches import longest_stretch
     from fitting.starts import filled_in, first_guesses, first_unknowns, silent_panels
+    from fitting.stretches import longest_stretch
 
     session = blind_session(number, cache, hard=hard)
     max_rate = np.radians(session.settings.max_rate_deg_s)

@@ -20,13 +20,14 @@ def at_floor(
     """Loss of residuals, half its slope and half its curvature: r^2, r and 1 where the floor is `NO_FLOOR`.
 
     Elsewhere the residual is the modelled current u > 0, `floor` what the reading may have been at most, all in sigmas:
-    -2 log Phi(floor - u), from zero at u = 0. Half its curvature is that of the logarithm of Phi, never negative.
+    -2 log Phi(floor - u), from zero at u = 0. Where its curvature is negative, a little, that of the logarithm stands.
     """
     counted = floor > NO_FLOOR
     u = jnp.where(counted, residual, 1.0)
     square = u**2 + FAINT**2
     root = jnp.sqrt(square)
     soft, slope = u**2 / root, u * (square + FAINT**2) / (square * root)
+    bend = FAINT**2 * jnp.maximum(2.0 * FAINT**2 - u**2, 0.0) / (square**2 * root)
     limit = jnp.where(counted, floor, 0.0)
     z = soft - limit
     log_below = jax.scipy.special.log_ndtr(-z)
@@ -36,5 +37,5 @@ def at_floor(
     return (
         jnp.where(counted, loss, residual**2),
         jnp.where(counted, pull * slope, residual),
-        jnp.where(counted, pull * (pull - z) * slope**2, 1.0),
+        jnp.where(counted, pull * ((pull - z) * slope**2 + bend), 1.0),
     )

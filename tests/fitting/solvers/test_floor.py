@@ -33,10 +33,11 @@ def test_slopes_and_curvature():
     numeric = (at_floor(u + h, floor)[0] - at_floor(u - h, floor)[0]) / (2 * h)
     np.testing.assert_allclose(half_slope, 0.5 * numeric, rtol=1e-6, atol=1e-8)
     assert loss[0] == 0.0 and half_slope[0] == 0.0
-    assert np.all(np.asarray(half_curvature) >= 0.0)
-    # Far from the softened part it is the slope's derivative.
-    curvature = jax.vmap(jax.grad(lambda u: at_floor(u, jnp.asarray(LIMIT))[1]))(u[5:])
-    np.testing.assert_allclose(half_curvature[5:], curvature, rtol=0.01)
+    # The slope's derivative where that is positive; there a gain of zero is held as it should be.
+    curvature = np.asarray(jax.vmap(jax.grad(lambda u: at_floor(u, jnp.asarray(LIMIT))[1]))(u))
+    np.testing.assert_allclose(half_curvature[:4], curvature[:4], rtol=1e-9)
+    np.testing.assert_allclose(half_curvature[4:], curvature[4:], rtol=0.2)
+    assert np.all(np.asarray(half_curvature) > 0.0)
 
 
 def test_other_readings_are_plain_and_nothing_overflows():
