@@ -1,0 +1,80 @@
+"""The Sun followed through ambiguous readings: every candidate is carried along by the gyro until the others fall away.
+
+A wrong root moves otherwise than the satellite turns, and is left behind within degrees of motion. What is known is
+kept where no face is lit, so that a Sun once seen is found again without a search.
+"""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from jaxsat.math import cross, unit
+from jaxsat.sensors.sun_candidates import CANDIDATES, Candidates
+
+FORGETTING = 0.98
+"""What is left of the mismatches so far at each new sample."""
+LOST = 0.12
+"""Mean mismatch [rad] of the best candidate beyond which all begin anew."""
+
+
+class SunTrack(eqx.Module):
+    """What is believed of the Sun."""
+
+    direction: Float[Array, "3 3"]
+    """[candidate axis] unit vectors in instrument axes."""
+    mismatch: Float[Array, "3"]
+    """Mean square of the angles [rad^2] by which samples missed a candidate; inf for none."""
+
+    def best(self) -> Float[Array, "3"]:
+        """The candidate that moved most like the satellite; of equal ones the nearest to the axis."""
+        first = (self.mismatch[0] <= self.mismatch[1]) & (self.mismatch[0] <= self.mismatch[2])
+        second = self.mismatch[1] <= self.mismatch[2]
+        return jnp.where(first, self.direction[0], jnp.where(second, self.direction[1], self.direction[2]))
+
+    def known(self) -> Bool[Array, ""]:
+        """Whether the Sun has been seen at all."""
+        return jnp.any(self.mismatch < jnp.inf)
+
+
+def blank_track() -> SunTrack:
+    """Nothing is known yet."""
+    return SunTrack(jnp.tile(jnp.array([1.0, 0.0, 0.0]), (CANDIDATES, 1)), jnp.full(CANDIDATES, jnp.inf, float))
+
+
+def carried(track: SunTrack, turn: Float[Array, "3"]) -> SunTrack:
+    """The track after the instrument has turned by the small vector `turn` [rad], in its own axes."""
+    # To second order, as the half turns before and after the midpoint; a sample's turn is a few hundredths.
+    moved = []
+    for k in range(CANDIDATES):
+        v = track.direction[k]
+        half = v - 0.5 * cross(turn, v)
+        moved.append(unit(v - cross(turn, half)))
+    return SunTrack(jnp.stack(moved), track.mismatch)
+
+
+def followed(track: SunTrack, candidates: Candidates, *, gain: float | Float[Array, ""] = 1.0) -> SunTrack:
+    """The track, `carried` to this instant, with what its currents leave possible.
+
+    `gain` is the share of the candidate in the new direction, the rest being that of the gyro: 1 for a sensor without
+    noise.
+    """
+    directions, mismatches = [], []
+    for k in range(CANDIDATES):
+        expected = track.direction[k]
+        square, nearest = jnp.asarray(jnp.inf, expected.dtype), expected
+        for n in range(CANDIDATES):
+            off = jnp.sum((candidates.direction[n] - expected) ** 2)
+            closer = candidates.possible[n] & (off < square)
+            square, nearest = jnp.where(closer, off, square), jnp.where(closer, candidates.direction[n], nearest)
+        directions.append(unit(expected + gain * (nearest - expected)))
+        mismatches.append(FORGETTING * track.mismatch[k] + (1.0 - FORGETTING) * square)
+    best = jnp.minimum(jnp.minimum(mismatches[0], mismatches[1]), mismatches[2])
+    seen, anew = candidates.lit > 0, best > LOST**2
+    fresh = [jnp.where(candidates.possible[k], 0.0, jnp.inf) for k in range(CANDIDATES)]
+    found, missed = [], []
+    for k in range(CANDIDATES):
+        found.append(jnp.where(anew, candidates.direction[k], directions[k]))
+        missed.append(jnp.where(anew, fresh[k], mismatches[k]))
+    return SunTrack(
+        jnp.where(seen, jnp.stack(found), track.direction), jnp.where(seen, jnp.stack(missed), track.mismatch)
+    )
