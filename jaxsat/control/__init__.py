@@ -1,0 +1,1 @@
+"""Control: attitude error, thrusters, Sun pointing."""

@@ -1,0 +1,188 @@
+"""The closed loop of Sun pointing: sensor, estimate, law, thrusters and rigid body, a control period at a time."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int
+
+from jaxsat.control.sun_pointing import Guidance, SunPointingLaw, decide, first_guidance, wanted_torque
+from jaxsat.control.sun_vehicle import SunPointingVehicle
+from jaxsat.control.thrusters import fire
+from jaxsat.math import angle_between, cross, quaternion
+from jaxsat.sensors.sun_candidates import sun_candidates
+from jaxsat.sensors.sun_published import published_direction
+from jaxsat.sensors.sun_sensor import combine_detectors, face_currents, quantize
+from jaxsat.sensors.sun_tracker import SunTrack, blank_track, carried, followed
+
+Estimator = Literal["published", "tracking"]
+
+
+@dataclass(frozen=True)
+class LoopSettings:
+    """What is fixed for all cases of a program."""
+
+    estimator: Estimator = "tracking"
+    """`published`: Zhukov's reconstruction of each sample by itself; `tracking`: all candidates, followed."""
+    period_s: float = 1.0
+    """Control period."""
+    reading_step: float = 0.0
+    """Of the sensor's converter, over the maximum current; 0 where readings are not quantised."""
+    reading_noise: float = 0.0
+    """1-sigma of one detector over the maximum current."""
+    gyro_noise_rad_s: float = 0.0
+    """1-sigma of a rate."""
+
+    @property
+    def noisy(self) -> bool:
+        """Whether random numbers are drawn."""
+        return self.reading_noise > 0.0 or self.gyro_noise_rad_s > 0.0
+
+    @property
+    def threshold(self) -> float:
+        """Current over the maximum one that is told from none."""
+        return 5.0 * self.reading_noise + 1.5 * self.reading_step
+
+    @property
+    def tolerance(self) -> float:
+        """Mismatch of a current, over the maximum one, within which a candidate explains it."""
+        return 4.0 * self.reading_noise + self.reading_step
+
+    @property
+    def gain(self) -> float:
+        """Share of a reading in the direction that is followed."""
+        return 0.3 if self.noisy else 1.0
+
+
+class LoopState(eqx.Module):
+    """Vehicle, estimate and tally of one case."""
+
+    quaternion: Float[Array, "4"]
+    """inertial-from-body, scalar first."""
+    angular_velocity: Float[Array, "3"]
+    """Body axes [rad/s]."""
+    guidance: Guidance
+    track: SunTrack
+    time: Float[Array, ""]
+    """[s]"""
+    impulse: Float[Array, ""]
+    """Spent so far [N s]."""
+    pulses: Float[Array, ""]
+    """Fired so far."""
+    mode_time: Float[Array, "4"]
+    """Spent in each mode before the Sun was first stabilised [s]."""
+    worst_estimate: Float[Array, ""]
+    """Largest distance between the unit vectors of estimate and Sun, squared, while the Sun was taken for known."""
+
+
+class Sample(eqx.Module):
+    """One control period as a person would plot it."""
+
+    sun_instrument: Float[Array, "3"]
+    """True direction of the Sun in the sensor's axes."""
+    estimate: Float[Array, "3"]
+    """What was believed of it; meaningless where it was not known."""
+    known: Array
+    lit: Int[Array, ""]
+    """Faces with a current."""
+    mode: Int[Array, ""]
+    angular_velocity: Float[Array, "3"]
+    """[rad/s]"""
+    error: Float[Array, ""]
+    """True angle between the Sun and where it shall stand [rad]."""
+    impulse: Float[Array, ""]
+    """[N s]"""
+
+
+def first_state(q: Float[Array, "4"], w: Float[Array, "3"]) -> LoopState:
+    """At rest in everything but the motion."""
+    zero = jnp.asarray(0.0)
+    return LoopState(q, w, first_guidance(), blank_track(), zero, zero, zero, jnp.zeros(4), zero)
+
+
+def one_period(
+    settings: LoopSettings,
+    law: SunPointingLaw,
+    vehicle: SunPointingVehicle,
+    sun_eci: Float[Array, "3"],
+    state: LoopState,
+    noise: Float[Array, "11"] | None,
+) -> tuple[LoopState, Sample]:
+    """One case one control period on: measure, estimate, decide, fire, move.
+
+    `noise` are unit normal numbers: 8 of the detectors, 3 of the gyro.
+    """
+    period = settings.period_s
+    sun_body = quaternion.rotate_inverse(state.quaternion, sun_eci)
+    sun = vehicle.body_from_instrument.T @ sun_body
+
+    faces = face_currents(vehicle.sensor, sun)
+    readings = faces[:, None] * vehicle.detector_gain
+    rate = state.angular_velocity + vehicle.gyro_bias
+    if noise is not None:
+        # A detector that has failed gives nothing, not even noise.
+        alive = vehicle.detector_gain > 0.0
+        scatter = settings.reading_noise * vehicle.sensor.max_current * noise[:8].reshape(4, 2)
+        readings = jnp.maximum(readings + jnp.where(alive, scatter, 0.0), 0.0)
+        rate = rate + settings.gyro_noise_rad_s * noise[8:]
+    if settings.reading_step > 0.0:
+        readings = quantize(readings, settings.reading_step * vehicle.sensor.max_current)
+    currents = combine_detectors(readings)
+    threshold = settings.threshold * vehicle.sensor.max_current
+
+    mounting = vehicle.assumed_body_from_instrument
+    track = state.track
+    if settings.estimator == "published":
+        reading = published_direction(vehicle.sensor, currents, threshold=threshold)
+        estimate, known, lit = reading.direction, reading.lit > 0, reading.lit
+    else:
+        track = carried(track, mounting.T @ (rate * period))
+        tolerance = settings.tolerance * vehicle.sensor.max_current
+        found = sun_candidates(vehicle.sensor, currents, track.best(), threshold=threshold, tolerance=tolerance)
+        track = followed(track, found, gain=settings.gain)
+        estimate, known, lit = track.best(), track.known(), found.lit
+
+    guidance, command = decide(law, state.guidance, estimate, known, rate, mounting, state.time, period)
+    wanted, band = wanted_torque(law, guidance, command, rate, vehicle.assumed_inertia)
+    pulses = fire(vehicle.thrusters, wanted, band, period)
+    q, w = _moved(vehicle, state.quaternion, state.angular_velocity, pulses.torque_body, period)
+
+    off = jnp.sum((estimate - sun) ** 2)
+    before = guidance.settled_at == jnp.inf
+    numbers = jnp.arange(4)
+    after = LoopState(
+        quaternion=q,
+        angular_velocity=w,
+        guidance=guidance,
+        track=track,
+        time=state.time + period,
+        impulse=state.impulse + pulses.impulse,
+        pulses=state.pulses + pulses.count,
+        mode_time=state.mode_time + jnp.where((numbers == guidance.mode) & before, period, 0.0),
+        worst_estimate=jnp.where(known, jnp.maximum(state.worst_estimate, off), state.worst_estimate),
+    )
+    error = angle_between(law.target(), sun)
+    return after, Sample(sun, estimate, known, lit, guidance.mode, state.angular_velocity, error, pulses.impulse)
+
+
+def _moved(vehicle, q, w, torque_body, period):
+    """The rigid body a period on under a torque that is constant in its axes: RK4, one step.
+
+    J w' = torque - w x J w,   q' = q (0, w) / 2.   Pulses count as their mean over the period, which moves the attitude
+    by an eighth of their acceleration times the period squared at most.
+    """
+
+    def slope(q, w):
+        return (
+            0.5 * quaternion.times_vector(q, w),
+            vehicle.inverse_inertia @ (torque_body - cross(w, vehicle.inertia @ w)),
+        )
+
+    q1, w1 = slope(q, w)
+    q2, w2 = slope(q + 0.5 * period * q1, w + 0.5 * period * w1)
+    q3, w3 = slope(q + 0.5 * period * q2, w + 0.5 * period * w2)
+    q4, w4 = slope(q + period * q3, w + period * w3)
+    q = q + period / 6.0 * (q1 + 2.0 * q2 + 2.0 * q3 + q4)
+    w = w + period / 6.0 * (w1 + 2.0 * w2 + 2.0 * w3 + w4)
+    return q / jnp.sqrt(jnp.sum(q**2)), w
