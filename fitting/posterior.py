@@ -83,7 +83,9 @@ class Target(eqx.Module):
         x = self.unknowns(u)
         reference = jnp.asarray(self.reference)
         prediction, jacobian = predict(self.problem, self.parameters, x, reference, self.settings.blocks)
-        data = normal_equations(prediction.residual, jacobian, jnp.asarray(self.weight), self.settings, jnp.asarray(self.problem.floor))
+        data = normal_equations(
+            prediction.residual, jacobian, jnp.asarray(self.weight), self.settings, jnp.asarray(self.problem.floor)
+        )
         cost, gradient, _ = jax.tree.map(jnp.add, data, priors(x))
         inside = self.inside(u)
         return jnp.where(inside, cost, jnp.inf), jnp.where(inside, jnp.asarray(self.factor).T @ gradient, 0.0)

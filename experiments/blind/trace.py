@@ -58,7 +58,9 @@ def trace(number: int, cache: Path, *, hard: bool, seed: int = 0, starts: int = 
         return np.maximum(angle, RATE_UNIT * arc_s * np.linalg.norm(a.x[:, 3:6] - b.x[0, 3:6], axis=1))
 
     spin = np.degrees(RATE_UNIT * np.linalg.norm(x_true[3:6]))
-    lines = [f"session {number}: {spin:.2f} deg/s at the first lit sample, {int(usable.sum())} lit, begins at sample {begin}"]
+    lines = [
+        f"session {number}: {spin:.2f} deg/s at the first lit sample, {int(usable.sum())} lit, begins at sample {begin}"
+    ]
     for index, stage in enumerate(arc_schedule(usable, len(samples.t) - 1, session.settings.free)):
         arc_s = float(samples.t[stage.last_sample] - samples.t[0])
         entering = points.take(np.arange(min(stage.keep, len(points.cost))))

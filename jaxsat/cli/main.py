@@ -11,6 +11,7 @@ from cyclopts import App, CycloptsError
 
 from jaxsat.cli.fit import fit
 from jaxsat.cli.prepare import prepare
+from jaxsat.cli.sweep import sweep
 from jaxsat.errors import InputError
 
 BAD_INPUT, USAGE, INTERRUPTED, TERMINATED = 1, 2, 130, 143
@@ -45,6 +46,7 @@ app = App(
 )
 app.command(fit)
 app.command(prepare)
+app.command(sweep)
 app.command(config)
 
 
@@ -56,8 +58,8 @@ def run(arguments: Sequence[str]) -> int:
         return _fail(f"{' '.join(str(error).split())} (see jaxsat --help)", USAGE)
     except InputError as error:
         return _fail(str(error), BAD_INPUT)
-    except KeyboardInterrupt:
-        return _fail("interrupted; nothing unfinished is left", INTERRUPTED)
+    except KeyboardInterrupt as stop:
+        return _fail(str(stop) or "interrupted; nothing unfinished is left", INTERRUPTED)
     except BrokenPipeError:
         # The reader of stdout has gone (`| head`); a second flush at exit must not fail as well.
         sys.stdout = None

@@ -1,0 +1,72 @@
+"""How each metric of a sweep is distributed over its cases."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from jaxsat.plotting.style import FAINT, INK, LEFT_OUT, dress, head, new_figure
+from jaxsat.significant import count_text, value_text
+from jaxsat.sweep.summary import MetricSummary
+
+ROW_IN = 2.6
+SUCCEEDED = "#3f9fd8"
+
+
+def draw_distributions(metrics: Sequence[MetricSummary], *, title: str = "Distributions", subtitle: str = "") -> Figure:
+    """Returns a histogram of each metric, cases that failed on top of those that succeeded, with 5, 50 and 95 %."""
+    columns = min(2, max(1, len(metrics)))
+    rows = max(1, math.ceil(len(metrics) / columns))
+    height = 0.75 + ROW_IN * rows
+    figure = new_figure(9.6, height, title, subtitle)
+    grid = figure.subplots(
+        rows,
+        columns,
+        squeeze=False,
+        gridspec_kw={
+            "left": 0.07,
+            "right": 0.985,
+            "top": 1.0 - 0.85 / height,
+            "bottom": 0.5 / height,
+            "hspace": 0.46,
+            "wspace": 0.16,
+        },
+    )
+    places = list(grid.flat)
+    for axes, metric in zip(places, metrics, strict=False):
+        _draw(axes, metric)
+    for axes in places[len(metrics) :]:
+        axes.set_axis_off()
+    if any(metric.failed.any() for metric in metrics):
+        shown = next(axes for axes, metric in zip(places, metrics, strict=False) if metric.edges.size)
+        shown.legend(loc="upper right", fontsize=8, frameon=False)
+    return figure
+
+
+def _draw(axes: Axes, metric: MetricSummary) -> None:
+    dress(axes, y_label="cases", x_label=metric.name)
+    notes = []
+    if metric.missing:
+        notes.append(f"{count_text(metric.missing, 'case')} without it")
+    if metric.beyond:
+        notes.append(f"{metric.beyond} beyond the axis")
+    head(axes, ", ".join(notes), side="right", fontsize=8, color="#555b66")
+    if metric.edges.size == 0:
+        axes.text(0.5, 0.5, "no case has it", transform=axes.transAxes, ha="center", va="center", color=FAINT)
+        axes.set_xticks([])
+        axes.set_yticks([])
+        return
+    if metric.logarithmic:
+        axes.set_xscale("log")
+    left, widths = metric.edges[:-1], np.diff(metric.edges)
+    axes.bar(left, metric.succeeded, widths, align="edge", color=SUCCEEDED, linewidth=0, label="succeeded")
+    axes.bar(
+        left, metric.failed, widths, align="edge", bottom=metric.succeeded, color=LEFT_OUT, linewidth=0, label="failed"
+    )
+    axes.set_xlim(metric.edges[0], metric.edges[-1])
+    marks = {name: value for name, value in metric.percentiles.items() if name != "max"}
+    for name, value in marks.items():
+        axes.axvline(value, color=INK, linewidth=0.9, linestyle="-" if name == "p50" else (0, (3, 2)))
+    head(axes, "5, 50, 95 %: " + ", ".join(value_text(value, 4) for value in marks.values()), fontsize=8)

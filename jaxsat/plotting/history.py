@@ -1,0 +1,50 @@
+"""Quantities against time, one panel each: the history of a case of a sweep."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from jaxsat.plotting.style import AXIS_COLOURS, INK, dress, head, new_figure, time_limits
+
+PANEL_IN = 1.9
+_COLOURS = ("#14497a", "#c0392b", *AXIS_COLOURS.values())
+
+
+def draw_history(
+    t_s: np.ndarray, panels: Mapping[str, Mapping[str, np.ndarray]], *, title: str, subtitle: str = ""
+) -> Figure:
+    """Returns the picture of quantities [time]; `panels` maps the heading of a panel, with its unit, to named curves.
+
+    Curves called x, y, z have the colours of the body axes; a single one needs no name.
+    """
+    height = 0.75 + PANEL_IN * len(panels)
+    figure = new_figure(9.6, height, title, subtitle)
+    grid = figure.subplots(
+        len(panels),
+        1,
+        sharex=True,
+        squeeze=False,
+        gridspec_kw={
+            "left": 0.06,
+            "right": 0.985,
+            "top": 1.0 - 0.85 / height,
+            "bottom": 0.45 / height,
+            "hspace": 0.24,
+        },
+    )
+    for axes, (label, curves) in zip(grid.flat, panels.items(), strict=True):
+        for number, (name, values) in enumerate(curves.items()):
+            colour = AXIS_COLOURS.get(name, _COLOURS[number % len(_COLOURS)])
+            axes.plot(t_s, values, color=colour, linewidth=1.2, label=name or None)
+        if any(curves):
+            # Above the axes, where no curve passes.
+            axes.legend(
+                loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=len(curves), fontsize=8, frameon=False, borderpad=0
+            )
+        dress(axes)
+        head(axes, label)
+    last = grid.flat[len(panels) - 1]
+    last.set_xlabel("time, s", fontsize=9, color=INK)
+    last.set_xlim(*time_limits(t_s))
+    return figure

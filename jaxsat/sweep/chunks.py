@@ -1,0 +1,103 @@
+"""Chunks of a sweep: each a Parquet file that is whole or absent, and that says of which sweep it is."""
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from jaxsat.sweep.files import write_whole
+from jaxsat.sweep.plan import CHUNKS, SweepPlan, chunk_name
+from jaxsat.sweep.scenario import Scenario, run_cases
+
+_IDENTITY = b"jaxsat.sweep"
+
+
+@dataclass(frozen=True)
+class ChunkDone:
+    """What became of a chunk."""
+
+    number: int
+    cases: int
+    failed: int
+
+
+def chunk_path(directory: Path, number: int) -> Path:
+    """The file of a chunk of the sweep in a directory."""
+    return directory / CHUNKS / chunk_name(number)
+
+
+def metric_fields(scenario: Scenario) -> list[pa.Field]:
+    """Columns of the metrics, each with its unit and meaning."""
+    return [
+        pa.field(name, pa.float64(), metadata={"unit": metric.unit, "meaning": metric.meaning})
+        for name, metric in scenario.metrics.items()
+    ]
+
+
+def chunk_schema(plan: SweepPlan, scenario: Scenario) -> pa.Schema:
+    """Columns of a chunk's file: case, the number of the status, metrics; with the sweep's identity."""
+    identity = {**plan.identity(), "statuses": list(scenario.statuses)}
+    fields = [pa.field("case", pa.int64()), pa.field("status", pa.int8()), *metric_fields(scenario)]
+    return pa.schema(fields, metadata={_IDENTITY: json.dumps(identity)})
+
+
+def run_chunk(scenario: Scenario, plan: SweepPlan, directory: Path, number: int) -> ChunkDone:
+    """Runs a chunk and writes its file."""
+    cases, rows = plan.case_numbers(number), plan.rows(number)
+    found = run_cases(scenario, plan.seed, cases)
+    columns = [cases[:rows], *(found[name][:rows] for name in ("status", *scenario.metrics))]
+    table = pa.Table.from_arrays([pa.array(column) for column in columns], schema=chunk_schema(plan, scenario))
+    # With checksums: what a disk spoils later is found when the sweep is resumed or merged.
+    path = chunk_path(directory, number)
+    write_whole(path, lambda stream: pq.write_table(table, stream, write_page_checksum=True, use_dictionary=False))
+    return ChunkDone(number, rows, int(np.count_nonzero(found["status"][:rows])))
+
+
+def read_chunk(scenario: Scenario, plan: SweepPlan, directory: Path, number: int) -> pa.Table:
+    """Contents of a chunk's file; ValueError with the reason where it is not the chunk of this sweep."""
+    try:
+        # Opened here: a Parquet reader that fails on a path may leave the file open.
+        with chunk_path(directory, number).open("rb") as stream:
+            table = pq.ParquetFile(stream, page_checksum_verification=True).read(use_threads=False)
+    except (OSError, pa.ArrowException, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else " ".join(str(error).split())
+        raise ValueError(f"cannot be read: {reason}") from None
+    if not table.schema.equals(chunk_schema(plan, scenario), check_metadata=True):
+        raise ValueError("is of another sweep, or has other columns")
+    rows = plan.rows(number)
+    if table.num_rows != rows:
+        raise ValueError(f"has {table.num_rows} rows, expected {rows}")
+    if not np.array_equal(table.column("case").to_numpy(), plan.case_numbers(number)[:rows]):
+        raise ValueError("has other case numbers")
+    status = table.column("status").to_numpy()
+    if status.min() < 0 or status.max() >= len(scenario.statuses):
+        raise ValueError("has an unknown status")
+    return table
+
+
+def find_missing(
+    scenario: Scenario, plan: SweepPlan, directory: Path, numbers: Iterable[int]
+) -> tuple[list[int], list[tuple[Path, str]]]:
+    """Which of the chunks have to be run, and the files among them that are there but no good, with the reason."""
+    missing, rejected = [], []
+    for number in numbers:
+        path = chunk_path(directory, number)
+        if not path.exists():
+            missing.append(number)
+            continue
+        try:
+            read_chunk(scenario, plan, directory, number)
+        except ValueError as error:
+            missing.append(number)
+            rejected.append((path, str(error)))
+    return missing, rejected
+
+
+def count_absent(plan: SweepPlan, directory: Path) -> int:
+    """How many chunks of the whole sweep have no file yet."""
+    there = {entry.name for entry in (directory / CHUNKS).glob("chunk-*.parquet")}
+    return sum(chunk_name(number) not in there for number in range(plan.chunks))

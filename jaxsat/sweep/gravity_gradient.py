@@ -1,0 +1,161 @@
+"""Capture by gravity gradient: does a satellite with a long axis, let go askew, stay upright?
+
+A rigid satellite of moments 12, 12.5 and 0.6 kg m^2 on a circular orbit of 700 km begins tilted and turning at random
+against the orbital attitude, its long axis up. Nothing damps it: it librates, or it tumbles.
+"""
+
+import functools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from jaxsat.sweep.scenario import Factory, Metric, Option, Scenario, case_keys, number_of
+
+NAME = "gravity-gradient"
+SUMMARY = "a satellite under gravity gradient, let go at a random attitude and rate"
+STATUSES = ("succeeded", "tumbling", "diverged")
+METRICS = {
+    "largest_tilt_deg": Metric("deg", "largest angle of the long axis from the vertical"),
+    "final_rate_deg_s": Metric("deg/s", "rate against the orbital frame at the end"),
+    "upset_time_s": Metric("s", "when the long axis first passed the horizontal; none in a case that stayed upright"),
+}
+OPTIONS = (
+    Option("tilt_deg", "15", "1-sigma of the initial rotation about each body axis"),
+    Option("rate_deg_s", "0.04", "1-sigma of the initial rate about each body axis, against the orbital frame"),
+    Option("orbits", "1", "how many orbits are run"),
+)
+
+CHUNK = 512
+MOMENTS = (12.0, 12.5, 0.6)
+"""About body x (along the track), y (along the orbit's normal) and z (up) in the orbital attitude [kg m^2]."""
+RADIUS = 7.078e6
+"""Of the orbit [m]."""
+TOLERANCE = 1e-7
+"""Error at the end of a steady turn at `FAST` times the 1-sigma rate [rad]; a body that hangs about the horizontal
+makes thousands of times more of it, as it does of its initial state."""
+FAST = 4.0
+SAMPLES = 96
+"""Looks at the tilt in an orbit; the libration in pitch takes more than half of one."""
+
+
+@dataclass(frozen=True)
+class History:
+    """The motion of cases at the samples."""
+
+    t_s: np.ndarray
+    """[samples], 0 is the first."""
+    quaternion: np.ndarray
+    """Attitude [cases samples 4], scalar first, turns body axes into inertial ones."""
+    rate: np.ndarray
+    """Against the orbital frame, body axes [rad/s], [cases samples 3]."""
+    tilt: np.ndarray
+    """Of body z from the vertical [rad], [cases samples]."""
+
+
+def _build(options: Mapping[str, str]) -> Scenario:
+    tilt = math.radians(number_of(options, "tilt_deg", low=0.0, high=180.0))
+    rate = math.radians(number_of(options, "rate_deg_s", low=0.0, high=1.0))
+    orbits = number_of(options, "orbits", low=0.01, high=100.0)
+
+    def run(seed: int, cases: np.ndarray) -> dict[str, np.ndarray]:
+        return outcome(histories(seed, cases, tilt=tilt, rate=rate, orbits=orbits))
+
+    return Scenario(NAME, SUMMARY, STATUSES, METRICS, CHUNK, run)
+
+
+make = Factory(_build, OPTIONS)
+
+
+def outcome(history: History) -> dict[str, np.ndarray]:
+    """Status and metrics of each case."""
+    tilt = np.degrees(history.tilt)
+    rate = np.degrees(np.linalg.norm(history.rate[:, -1], axis=1))
+    sound = np.isfinite(tilt).all(axis=1) & np.isfinite(rate)
+    fallen = tilt > 90.0
+    upset = fallen.any(axis=1) & sound
+    return {
+        "status": np.where(sound, np.where(upset, 1, 0), 2),
+        "largest_tilt_deg": np.where(sound, tilt.max(axis=1), np.nan),
+        "final_rate_deg_s": np.where(sound, rate, np.nan),
+        "upset_time_s": np.where(upset, history.t_s[np.argmax(fallen, axis=1)], np.nan),
+    }
+
+
+def histories(seed: int, cases: np.ndarray, *, tilt: float, rate: float, orbits: float) -> History:
+    """Motion of numbered cases; `tilt` [rad] and `rate` [rad/s] are the 1-sigma of what they begin with."""
+    t_s, move = _motion(rate, orbits)
+    found = move(case_keys(seed, cases), tilt, rate)
+    return History(t_s, *(np.asarray(array) for array in found))
+
+
+@functools.lru_cache(maxsize=4)
+def _motion(rate: float, orbits: float):
+    """Times [samples] and the motion from (keys, tilt, rate) to (quaternion, rate, tilt)."""
+    import jax
+    import jax.numpy as jnp
+
+    from jaxsat.constants import EARTH_MU
+    from jaxsat.dynamics import AttitudeState
+    from jaxsat.environment import KeplerOrbit, OrbitTable
+    from jaxsat.integrators import RK4, StepGrid, step_for
+    from jaxsat.math import cross, quaternion
+    from jaxsat.simulate import simulate_on_grid
+    from jaxsat.spacecraft import MagneticRods, SolarPanels, Spacecraft, box_normals
+    from jaxsat.torques import GravityGradient
+
+    mean_motion = math.sqrt(EARTH_MU / RADIUS**3)
+    period = 2.0 * math.pi / mean_motion
+    t_s = np.linspace(0.0, orbits * period, 1 + max(1, math.ceil(SAMPLES * orbits)))
+    # The libration itself turns the body at up to twice the orbital rate.
+    max_step = step_for(RK4, 2.0 * mean_motion + FAST * rate, orbits * period, TOLERANCE)
+    grid = StepGrid.through(t_s, start=0.0, max_step=max_step)
+    orbit = KeplerOrbit(RADIUS, 0.0, math.radians(98.0), 0.0, 0.0, 0.0)
+    # NumPy from here on: each operation of JAX outside a compiled function would be compiled by itself.
+    position, velocity = (np.asarray(x) for x in jax.jit(jax.vmap(orbit))(grid.node_times))
+    table = OrbitTable(jnp.asarray(position), jnp.asarray(np.zeros_like(position)))
+    up = position[grid.sample_node] / RADIUS
+    normal = np.cross(position[0], velocity[0]) / np.linalg.norm(np.cross(position[0], velocity[0]))
+    inertial_from_orbit = np.stack([np.cross(normal, up[0]), normal, up[0]], axis=1)
+    none = jnp.asarray(np.zeros(0))
+    rods = MagneticRods(none, jnp.asarray(np.zeros((0, 3))), jnp.asarray(3e-5))
+    panels = SolarPanels(box_normals(), jnp.asarray(1.0), jnp.asarray(np.ones(6)))
+    craft = Spacecraft(jnp.asarray(np.diag(MOMENTS)), jnp.asarray(np.zeros(3)), rods, panels)
+
+    def carried(q):
+        """Rate of the orbital frame in body axes."""
+        return quaternion.rotate_inverse(q, jnp.asarray(mean_motion * normal))
+
+    def begin(key, tilt, rate):
+        turn, spin = jax.random.normal(key, (2, 3))
+        rest = quaternion.from_dcm(jnp.asarray(inertial_from_orbit))
+        q = quaternion.multiply(rest, quaternion.from_rotation_vector(tilt * turn))
+        return AttitudeState(q, rate * spin + carried(q))
+
+    def one(state):
+        return simulate_on_grid(craft, state, table, grid, torques=(GravityGradient(),))
+
+    # Three programs: compiled as one they take twice as long.
+    @jax.jit
+    def initial(keys, tilt, rate):
+        return jax.vmap(begin, in_axes=(0, None, None))(keys, tilt, rate)
+
+    @jax.jit
+    def run(states):
+        motion = jax.vmap(one)(states)
+        return motion.quaternion, motion.angular_velocity
+
+    @jax.jit
+    def against_orbit(q, w):
+        long_axis = quaternion.to_dcm(q)[..., :, 2]
+        vertical = jnp.broadcast_to(jnp.asarray(up), long_axis.shape)
+        sine = jnp.linalg.norm(cross(long_axis, vertical), axis=-1)
+        tilt = jnp.arctan2(sine, jnp.sum(long_axis * vertical, axis=-1))
+        return w - jax.vmap(jax.vmap(carried))(q), tilt
+
+    def move(keys, tilt, rate):
+        q, w = run(initial(keys, tilt, rate))
+        return q, *against_orbit(q, w)
+
+    return t_s, move

@@ -1,0 +1,150 @@
+"""What makes a sweep this sweep, and the directory that it owns."""
+
+import dataclasses
+import json
+import math
+import platform
+from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jaxsat.errors import InputError
+from jaxsat.sweep.files import locked, remove_leftovers, write_whole
+
+SCHEMA = "jaxsat.sweep-plan/1"
+PLAN, CHUNKS = "sweep.json", "chunks"
+LOCK = f"{CHUNKS}/.lock"
+MERGED = ("cases.parquet", "distributions.png", "summary.json")
+"""What merging writes, the last one last."""
+
+
+@dataclass(frozen=True)
+class SweepPlan:
+    """All that the numbers of a sweep depend on, and how many cases it has."""
+
+    scenario: str
+    seed: int
+    options: dict[str, str]
+    """Every option of the scenario."""
+    chunk: int
+    """Cases of a chunk."""
+    cases: int
+    """Case numbers are 0 to `cases` - 1; a case is the same whatever their number."""
+    versions: dict[str, str] = field(default_factory=dict, compare=False)
+    """Of the software that began the sweep: provenance, no part of its identity."""
+
+    @property
+    def chunks(self) -> int:
+        """Number of chunks."""
+        return math.ceil(self.cases / self.chunk)
+
+    def rows(self, number: int) -> int:
+        """Cases of a chunk that are kept: all, but for the last chunk."""
+        return min(self.chunk, self.cases - number * self.chunk)
+
+    def case_numbers(self, number: int) -> np.ndarray:
+        """Numbers of the cases of a chunk, always `chunk` of them: the last chunk is run beyond its end and cut."""
+        # With the numbers that would follow, so that a chunk is one and the same whatever the number of cases.
+        return np.arange(number * self.chunk, (number + 1) * self.chunk, dtype=np.int64)
+
+    def shard(self, part: int = 1, parts: int = 1) -> list[int]:
+        """Numbers of the chunks of one of `parts` shards, counted from 1."""
+        return list(range(part - 1, self.chunks, parts))
+
+    def identity(self) -> dict[str, Any]:
+        """What must agree where two runs share a directory."""
+        return {"scenario": self.scenario, "seed": self.seed, "options": self.options, "chunk": self.chunk}
+
+    def difference(self, other: "SweepPlan") -> str:
+        """The first thing in which the identity of `other` is not this one's, as `seed 1, not 2`; empty if none."""
+        for key, own in self.identity().items():
+            asked = other.identity()[key]
+            if key == "options" and own != asked:
+                for name in dict.fromkeys([*own, *asked]):
+                    if own.get(name) != asked.get(name):
+                        return f"option {name} = {own.get(name, 'absent')}, not {asked.get(name, 'absent')}"
+            if own != asked:
+                return f"{key.replace('chunk', 'cases of a chunk')} {own}, not {asked}"
+        return ""
+
+
+def read_plan(directory: Path) -> SweepPlan | None:
+    """The plan of the sweep that a directory holds, None where it holds none; `InputError` for one out of order."""
+    path = directory / PLAN
+    try:
+        document = json.loads(path.read_text("utf-8"))
+        if document.pop("schema") != SCHEMA:
+            raise ValueError
+        return SweepPlan(**document)
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except (ValueError, TypeError, KeyError, AttributeError):
+        raise InputError(f"is no plan of a sweep ({SCHEMA}); take another directory", file=path) from None
+
+
+def versions() -> dict[str, str]:
+    """Versions of what the last digits of a sweep depend on."""
+    found = {"python": platform.python_version()}
+    for package in ("jaxsat", "jax", "jaxlib", "numpy"):
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "not installed"
+    return found
+
+
+def claim(directory: Path, plan: SweepPlan, *, resume: bool = False, shard: tuple[int, int] = (1, 1)) -> SweepPlan:
+    """Makes `directory` that of this sweep, or of this shard of it, and returns the plan with which the sweep began.
+
+    Raises `InputError` where it holds another sweep or fewer cases are asked for than it has, and, but with `resume`,
+    where chunks are there already. With `resume` a sweep may grow. Two shards may begin at the same moment.
+    """
+    if directory.exists() and not directory.is_dir():
+        raise InputError("is a file; expected a directory for the results", file=directory)
+    try:
+        (directory / CHUNKS).mkdir(parents=True, exist_ok=True)
+        with locked(directory / LOCK):
+            return _claim(directory, plan, resume, shard)
+    except OSError as error:
+        raise InputError(f"cannot write results here: {error.strerror or error}", file=directory) from None
+
+
+def _claim(directory: Path, plan: SweepPlan, resume: bool, shard: tuple[int, int]) -> SweepPlan:
+    found = read_plan(directory)
+    if found is None:
+        found = plan
+        _write(directory, plan)
+    elif not resume and (shard[1] == 1 or _has_chunks(directory, plan.shard(*shard))):
+        raise InputError("holds a sweep already; --resume finishes it, --out begins another elsewhere", file=directory)
+    difference = found.difference(plan)
+    if not difference and (plan.cases < found.cases or (plan.cases > found.cases and not resume)):
+        difference = f"{found.cases} cases, not {plan.cases}"
+    if difference:
+        raise InputError(f"holds a sweep with {difference}; take another --out", file=directory)
+    remove_leftovers(directory, (PLAN, *MERGED))
+    remove_leftovers(directory / CHUNKS, {chunk_name(number) for number in plan.shard(*shard)})
+    if plan.cases > found.cases:
+        for name in reversed(MERGED):
+            (directory / name).unlink(missing_ok=True)
+        if found.cases % found.chunk:
+            # Cut at the old end.
+            (directory / CHUNKS / chunk_name(found.chunks - 1)).unlink(missing_ok=True)
+        _write(directory, dataclasses.replace(plan, versions=found.versions))
+    return found
+
+
+def chunk_name(number: int) -> str:
+    """Name of the file of a chunk."""
+    return f"chunk-{number:08d}.parquet"
+
+
+def _has_chunks(directory: Path, numbers: list[int]) -> bool:
+    return any((directory / CHUNKS / chunk_name(number)).exists() for number in numbers)
+
+
+def _write(directory: Path, plan: SweepPlan) -> None:
+    text = json.dumps({"schema": SCHEMA, **dataclasses.asdict(plan)}, indent=2, ensure_ascii=False) + "\n"
+    write_whole(directory / PLAN, lambda stream: stream.write(text.encode()))

@@ -1,0 +1,136 @@
+"""What a sweep runs: a scenario of numbered cases, and the factory that makes it from named options."""
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jaxsat.errors import InputError
+
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+_OWN_COLUMNS = ("case", "status")
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One number of each case; its name carries the unit too, as `settling_time_s`."""
+
+    unit: str
+    """`1` for a pure number."""
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """Numbered random cases that are run in chunks of one shape.
+
+    `run(seed, cases)` takes the numbers of `chunk` cases [int64] and returns `status` and each metric, all [chunk]. A
+    case's numbers may depend on the seed and on its own number only, and `run` may be called from several threads.
+    """
+
+    name: str
+    summary: str
+    """What is simulated, in one line."""
+    statuses: tuple[str, ...]
+    """How a case may end: 0 is success, the others are reasons of failure."""
+    metrics: Mapping[str, Metric]
+    """A metric that a case does not have is NaN."""
+    chunk: int
+    """Cases of a chunk: last digits may depend on it, so it is part of a sweep's identity."""
+    run: Callable[[int, np.ndarray], Mapping[str, np.ndarray]]
+    replay: Callable[[int, int, Path], None] | None = None
+    """`replay(seed, case, directory)` writes the full history of one case, and its picture, into a directory."""
+
+    def __post_init__(self):
+        if not 1 <= len(set(self.statuses)) == len(self.statuses) <= 127:
+            raise ValueError(f"Scenario {self.name}: statuses must be 1 to 127 different words, got {self.statuses}")
+        if self.chunk < 1:
+            raise ValueError(f"Scenario {self.name}: chunk must be at least 1, got {self.chunk}")
+        taken = [name for name in _OWN_COLUMNS if name in self.metrics]
+        if taken:
+            raise ValueError(f"Scenario {self.name}: no metric may be called {taken[0]}, every sweep has that column")
+
+
+def run_cases(scenario: Scenario, seed: int, cases: np.ndarray) -> dict[str, np.ndarray]:
+    """Status [int8] and metrics [float64] of one chunk; ValueError where the scenario breaks its own promise."""
+    found = scenario.run(seed, cases)
+    expected = {"status", *scenario.metrics}
+    if set(found) != expected:
+        raise ValueError(f"scenario {scenario.name} returned {sorted(found)}, expected {sorted(expected)}")
+    arrays = {name: np.asarray(values) for name, values in found.items()}
+    for name, values in arrays.items():
+        if values.shape != cases.shape:
+            raise ValueError(f"scenario {scenario.name}: {name} has shape {values.shape}, expected {cases.shape}")
+    status = arrays["status"]
+    if status.dtype.kind not in "iu" or status.min() < 0 or status.max() >= len(scenario.statuses):
+        raise ValueError(f"scenario {scenario.name}: status must be a whole number below {len(scenario.statuses)}")
+    metrics = {name: arrays[name].astype(np.float64) for name in scenario.metrics}
+    return {"status": status.astype(np.int8), **metrics}
+
+
+def case_keys(seed: int, cases: np.ndarray) -> Any:
+    """JAX random keys [cases], each of the seed and the case's own number alone."""
+    import jax
+
+    # The generator takes numbers of 32 bits; `jaxsat sweep` lets no case go beyond them.
+    return jax.vmap(jax.random.fold_in, in_axes=(None, 0))(jax.random.key(seed), cases.astype(np.uint32))
+
+
+@dataclass(frozen=True)
+class Option:
+    """A named choice of a scenario, given as text."""
+
+    name: str
+    default: str
+    meaning: str
+    """With the unit, where the name does not carry it."""
+
+
+@dataclass(frozen=True)
+class Factory:
+    """Makes a scenario from its options; called with a mapping of those that are not to have their default."""
+
+    build: Callable[[Mapping[str, str]], Scenario]
+    """Gets every declared option; raises `InputError` for a value it cannot take (`number_of`, `choice_of`)."""
+    options: tuple[Option, ...] = ()
+
+    def __call__(self, given: Mapping[str, str]) -> Scenario:
+        return self.build(self.filled(given))
+
+    def filled(self, given: Mapping[str, str]) -> dict[str, str]:
+        """All options in the order of their declaration; `InputError` for one that is not declared."""
+        names = [option.name for option in self.options]
+        for name in given:
+            if name not in names:
+                close = get_close_matches(name, names, n=1)
+                known = f"options are {', '.join(names)}" if names else "there are none"
+                hint = f"did you mean {close[0]}?" if close else known
+                raise InputError(f"no such option of this scenario; {hint}", field=name)
+        return {option.name: given.get(option.name, option.default) for option in self.options}
+
+
+def number_of(options: Mapping[str, str], name: str, *, low: float = -math.inf, high: float = math.inf) -> float:
+    """Value of an option that is a number from `low` to `high`; `InputError` for anything else."""
+    text = options[name].strip()
+    value = float(text) if _NUMBER.fullmatch(text) else math.nan
+    if not (low <= value <= high and math.isfinite(value)):
+        span = {
+            (False, False): "a number",
+            (True, False): f"a number of at least {low:g}",
+            (False, True): f"a number of at most {high:g}",
+            (True, True): f"a number from {low:g} to {high:g}",
+        }[math.isfinite(low), math.isfinite(high)]
+        raise InputError(f"expected {span}, found {options[name]!r}", field=name)
+    return value
+
+
+def choice_of(options: Mapping[str, str], name: str, choices: tuple[str, ...]) -> str:
+    """Value of an option that is one of a few words; `InputError` for any other."""
+    if options[name] not in choices:
+        raise InputError(f"expected one of {', '.join(choices)}, found {options[name]!r}", field=name)
+    return options[name]

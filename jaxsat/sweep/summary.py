@@ -1,0 +1,107 @@
+"""The numbers that sum a sweep up: how many cases succeeded, and the distribution of each metric."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jaxsat.sweep.merge import read_metric
+from jaxsat.sweep.plan import SweepPlan
+from jaxsat.sweep.scenario import Scenario
+
+SCHEMA = "jaxsat.sweep/1"
+PERCENTILES = {"p05": 5.0, "p50": 50.0, "p95": 95.0}
+BINS = 60
+_WIDE = 50.0
+"""A positive metric whose 95th percentile is this many times its 5th is counted in logarithmic bins."""
+_TAIL = 1.5
+"""Bins end this many widths (5th to 95th percentile) beyond the percentiles: one stray case must not squash all."""
+
+
+@dataclass(frozen=True)
+class MetricSummary:
+    """Distribution of one metric over the cases that have it."""
+
+    name: str
+    unit: str
+    percentiles: dict[str, float]
+    """p05, p50, p95 and max, NaN where no case has it."""
+    missing: int
+    """Cases without it: not a finite number."""
+    edges: np.ndarray
+    """Of the bins, in the metric's unit; empty where no case has it."""
+    succeeded: np.ndarray
+    """Cases of each bin that succeeded."""
+    failed: np.ndarray
+    """Those that did not."""
+    beyond: int
+    """Cases below the first bin or above the last."""
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether the bins are equal in the logarithm."""
+        return self.edges.size > 2 and not math.isclose(
+            self.edges[1] - self.edges[0], self.edges[-1] - self.edges[-2], rel_tol=1e-6
+        )
+
+
+def summarise(scenario: Scenario, directory: Path, status: np.ndarray) -> list[MetricSummary]:
+    """Distribution of each metric of a merged sweep with the given status numbers [cases]; one column at a time."""
+    return [
+        summarise_metric(name, metric.unit, read_metric(directory, name), status == 0)
+        for name, metric in scenario.metrics.items()
+    ]
+
+
+def summarise_metric(name: str, unit: str, values: np.ndarray, success: np.ndarray) -> MetricSummary:
+    """Distribution of a metric [cases], apart for cases with and without success."""
+    known = np.isfinite(values)
+    found = values[known]
+    missing, none = int(values.size - found.size), np.zeros(0)
+    if found.size == 0:
+        nothing = dict.fromkeys([*PERCENTILES, "max"], math.nan)
+        return MetricSummary(name, unit, nothing, missing, none, none, none, 0)
+    marks = np.percentile(found, list(PERCENTILES.values()))
+    percentiles = dict(zip(PERCENTILES, marks.tolist(), strict=True)) | {"max": float(found.max())}
+    edges = _edges(found, marks[0], marks[-1])
+    good = np.histogram(found[success[known]], edges)[0]
+    bad = np.histogram(found[~success[known]], edges)[0]
+    beyond = int(found.size - good.sum() - bad.sum())
+    return MetricSummary(name, unit, percentiles, missing, edges, good, bad, beyond)
+
+
+def _edges(values: np.ndarray, p05: float, p95: float) -> np.ndarray:
+    low, high = float(values.min()), float(values.max())
+    wide = low > 0.0 and p95 > _WIDE * p05
+    if wide:
+        low, high, p05, p95 = (math.log(x) for x in (low, high, p05, p95))
+    tail = _TAIL * (p95 - p05)
+    low, high = max(low, p05 - tail), min(high, p95 + tail)
+    if not high > low:
+        # All alike: one bar in the middle.
+        half = 0.5 * abs(low) or 0.5
+        low, high = low - half, high + half
+    edges = np.linspace(low, high, BINS + 1)
+    return np.exp(edges) if wide else edges
+
+
+def document(
+    scenario: Scenario, plan: SweepPlan, status: np.ndarray, metrics: list[MetricSummary], **timing: Any
+) -> dict[str, Any]:
+    """Content of summary.json; `timing` holds timing_s, cases_per_s and whatever else the run says of itself."""
+    counts = np.bincount(status, minlength=len(scenario.statuses))
+    return {
+        "schema": SCHEMA,
+        "scenario": plan.scenario,
+        "cases": plan.cases,
+        "seed": plan.seed,
+        "options": plan.options,
+        "chunk": plan.chunk,
+        "succeeded": int(counts[0]),
+        "statuses": dict(zip(scenario.statuses, counts.tolist(), strict=True)),
+        "failed": np.flatnonzero(status).tolist(),
+        "metrics": {m.name: {"unit": m.unit, **m.percentiles, "missing": m.missing} for m in metrics},
+        **timing,
+    }

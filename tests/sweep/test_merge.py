@@ -1,0 +1,74 @@
+"""The merged table, and its sums against NumPy."""
+
+import math
+
+import fake_scenario
+import numpy as np
+import pyarrow.parquet as pq
+
+import jaxsat.sweep.merge
+from jaxsat.sweep import merge_cases, run_cases, summarise
+from jaxsat.sweep.plan import PLAN
+from jaxsat.sweep.summary import document, summarise_metric
+
+
+def test_table_holds_every_case_once_with_units(sweep, monkeypatch):
+    # Row groups that fall between chunks.
+    monkeypatch.setattr(jaxsat.sweep.merge, "ROW_GROUP", 12)
+    one = sweep()
+    one.run()
+    status = merge_cases(one.scenario, one.plan, one.directory)
+    found = pq.ParquetFile(one.directory / "cases.parquet")
+    assert found.metadata.num_row_groups == 4
+    table = found.read()
+    found.close()
+    assert table.column_names == ["case", "status", "miss_deg", "settling_time_s"]
+    assert table.schema.field("settling_time_s").metadata == {b"unit": b"s", b"meaning": b"how soon; none if failed"}
+    expected = run_cases(one.scenario, 3, np.arange(37))
+    np.testing.assert_array_equal(table["case"].to_numpy(), np.arange(37))
+    np.testing.assert_array_equal(status, expected["status"])
+    assert table["status"].to_pylist() == [fake_scenario.STATUSES[code] for code in status]
+    for name in ("miss_deg", "settling_time_s"):
+        np.testing.assert_array_equal(table[name].to_numpy(), expected[name])
+
+
+def test_summary_is_that_of_numpy(sweep):
+    one = sweep(cases=500)
+    one.run()
+    status = merge_cases(one.scenario, one.plan, one.directory)
+    content = document(one.scenario, one.plan, status, summarise(one.scenario, one.directory, status), cases_per_s=1.0)
+    expected = run_cases(one.scenario, 3, np.arange(500))
+    assert content["schema"] == "jaxsat.sweep/1" and content["cases"] == 500 and content["seed"] == 3
+    assert content["failed"] == np.flatnonzero(expected["status"]).tolist()
+    assert content["succeeded"] + len(content["failed"]) == 500 == sum(content["statuses"].values())
+    assert content["statuses"]["lost"] == np.count_nonzero(expected["status"] == 2) > 0
+    assert content["options"] == {"scale": "1", "pause_s": "0", "chunk": "8"}
+    times = expected["settling_time_s"]
+    known = times[~np.isnan(times)]
+    assert content["metrics"]["settling_time_s"] == {
+        "unit": "s",
+        "p05": np.percentile(known, 5),
+        "p50": np.median(known),
+        "p95": np.percentile(known, 95),
+        "max": known.max(),
+        "missing": len(content["failed"]),
+    }
+    assert (one.directory / PLAN).exists()
+
+
+def test_a_metric_that_no_case_has():
+    none = summarise_metric("a", "s", np.full(5, np.nan), np.zeros(5, bool))
+    assert none.missing == 5 and math.isnan(none.percentiles["p50"]) and none.edges.size == 0
+
+
+def test_bins_hold_every_case_that_is_not_beyond():
+    rng = np.random.default_rng(1)
+    success = rng.random(2000) < 0.8
+    for values in (rng.normal(size=2000), np.exp(3.0 * rng.normal(size=2000)), np.ones(2000), np.zeros(2000)):
+        values[7], values[8] = 1e6, np.inf
+        found = summarise_metric("a", "1", values, success)
+        assert found.missing == 1 and found.beyond >= 1 and found.beyond < 100
+        assert found.succeeded.sum() + found.failed.sum() + found.beyond == 1999
+        assert np.all(np.diff(found.edges) > 0)
+    assert summarise_metric("a", "1", np.exp(3.0 * rng.normal(size=2000)), success).logarithmic
+    assert not found.logarithmic
