@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
@@ -140,12 +141,17 @@ def one_period(
         track = carried(track, mounting.T @ (rate * period))
         tolerance = settings.tolerance * vehicle.sensor.max_current
         found = sun_candidates(vehicle.sensor, currents, track.best(), threshold=threshold, tolerance=tolerance)
+        found, track = jax.lax.optimization_barrier((found, track))
         track = followed(track, found, gain=settings.gain)
+        track = jax.lax.optimization_barrier(track)
         estimate, known, lit = track.best(), track.known(), found.lit
 
+    estimate, known, rate = jax.lax.optimization_barrier((estimate, known, rate))
     guidance, command = decide(law, state.guidance, estimate, known, rate, mounting, state.time, period)
     wanted, band = wanted_torque(law, guidance, command, rate, vehicle.assumed_inertia)
+    wanted, band = jax.lax.optimization_barrier((wanted, band))
     pulses = fire(vehicle.thrusters, wanted, band, period)
+    pulses, guidance = jax.lax.optimization_barrier((pulses, guidance))
     q, w = _moved(vehicle, state.quaternion, state.angular_velocity, pulses.torque_body, period)
 
     off = jnp.sum((estimate - sun) ** 2)
@@ -174,10 +180,10 @@ def _moved(vehicle, q, w, torque_body, period):
     """
 
     def slope(q, w):
-        return (
-            0.5 * quaternion.times_vector(q, w),
-            vehicle.inverse_inertia @ (torque_body - cross(w, vehicle.inertia @ w)),
-        )
+        q, w = jax.lax.optimization_barrier((q, w))
+        turning = 0.5 * quaternion.times_vector(q, w)
+        gyroscopic = cross(w, vehicle.inertia @ w)
+        return jax.lax.optimization_barrier((turning, vehicle.inverse_inertia @ (torque_body - gyroscopic)))
 
     q1, w1 = slope(q, w)
     q2, w2 = slope(q + 0.5 * period * q1, w + 0.5 * period * w1)

@@ -8,6 +8,7 @@ band; see `SunPointingLaw` for its numbers.
 import math
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
@@ -92,10 +93,12 @@ def decide(
     target = law.target()
     q = turn_toward(target, sun)
     # In instrument axes; its vector part turns into body axes as any vector.
-    error = body_from_instrument @ modified_rodrigues(q)
+    error = jax.lax.optimization_barrier(body_from_instrument @ modified_rodrigues(q))
     # Squares of tan(angle / 4) and of the rate: comparisons need no roots.
     off, rate = jnp.sum(error**2), jnp.sum(rate_body**2)
     near, far = (jnp.tan(0.25 * factor * law.settled_angle) ** 2 for factor in (1.0, 3.0))
+
+    off, rate = jax.lax.optimization_barrier((off, rate))
 
     damped = rate < law.damped_rate**2
     settled = (off < near) & (rate < law.settled_rate**2)
@@ -114,7 +117,7 @@ def decide(
     axis = jnp.where(about_z, body_from_instrument[:, 2], body_from_instrument[:, 1])
     toward = rate_command(error, law.attitude_gain, law.slew_rate)
     command = jnp.where(after == DAMPING, jnp.zeros(3), jnp.where(after == SEARCH, law.search_rate * axis, toward))
-    return Guidance(after, time_in_mode, settled_at), command
+    return jax.lax.optimization_barrier((Guidance(after, time_in_mode, settled_at), command))
 
 
 def wanted_torque(

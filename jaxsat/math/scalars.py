@@ -54,13 +54,13 @@ def over_cases(function: Callable[..., PyTree], *like: PyTree) -> Callable[..., 
     closed, result = jax.make_jaxpr(function, return_shape=True)(*shapes)
     structure = jax.tree.structure(result)
 
-    def replayed(*arguments):
-        return jax.tree.unflatten(structure, _replay(closed, jax.tree.leaves(arguments)))
+    def replayed(*arguments, hold=lax.optimization_barrier):
+        return jax.tree.unflatten(structure, _replay(closed, jax.tree.leaves(arguments), hold))
 
     return replayed
 
 
-def _replay(closed: ClosedJaxpr, arguments: list[Elements]) -> list[Elements]:
+def _replay(closed: ClosedJaxpr, arguments: list[Elements], hold: Callable) -> list[Elements]:
     known: dict[Any, Elements] = dict(zip(closed.jaxpr.constvars, map(_constant, closed.consts), strict=True))
     known.update(zip(closed.jaxpr.invars, arguments, strict=True))
 
@@ -70,9 +70,11 @@ def _replay(closed: ClosedJaxpr, arguments: list[Elements]) -> list[Elements]:
     for equation in closed.jaxpr.eqns:
         name, inputs = equation.primitive.name, [read(atom) for atom in equation.invars]
         if name in ("jit", "pjit"):
-            results = _replay(equation.params["jaxpr"], inputs)
+            results = _replay(equation.params["jaxpr"], inputs, hold)
         elif name in _REARRANGING:
             results = [_REARRANGING[name](*inputs, **equation.params)]
+        elif name == "optimization_barrier":
+            results = _barrier(inputs, [atom.aval.dtype for atom in equation.invars], hold)
         elif name in _ELEMENTWISE:
             results = [_elementwise(equation, inputs)]
         else:
@@ -87,6 +89,14 @@ def _constant(value: Any) -> Elements:
         if isinstance(value, np.ndarray | np.generic | float | int)
         else elements(value)
     )
+
+
+def _barrier(inputs: list[Elements], dtypes: list[Any], hold: Callable) -> list[Elements]:
+    """All elements behind one barrier; numbers pass as they are."""
+    flat = [(jnp.asarray(x, dtype), x) for xs, dtype in zip(inputs, dtypes, strict=True) for x in xs.reshape(-1)]
+    stopped = iter(hold([array for array, x in flat if not isinstance(x, float | int)]))
+    passed = tuple(x if isinstance(x, float | int) else next(stopped) for _, x in flat)
+    return list(regrouped(passed, tuple(inputs)))
 
 
 _ELEMENTWISE = frozenset(

@@ -10,7 +10,6 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Bool, Float, Int
 
-from jaxsat.math import unit
 from jaxsat.sensors.sun_sensor import PyramidSunSensor, lit_fraction, safe_sqrt
 
 CANDIDATES = 3
@@ -57,6 +56,8 @@ def sun_candidates(
     turned = jnp.stack([i[1] > i[0], i[3] > i[2]])
     sign = jnp.where(turned, -1.0, 1.0)
     near, far = jnp.where(turned, i[1::2], i[::2]), jnp.where(turned, i[::2], i[1::2])
+    # Here and below: what is used many times is computed once.
+    i, lit, sign, near, far = lax.optimization_barrier((i, lit, sign, near, far))
 
     pair = jnp.where(far[0] > far[1], near[0] + far[0], near[1] + far[1]) / (2.0 * s)
     three = jnp.stack([pair, (near[1] - pair * s) / c, (near[0] - pair * s) / c])
@@ -73,8 +74,10 @@ def sun_candidates(
     wanted = jnp.where(z_pair, expected[1], expected[2])
     wanted_sine = wanted / jnp.maximum(safe_sqrt(expected[1] ** 2 + expected[2] ** 2), 1e-9)
     free = jnp.where(z_pair, ~alive[2:], ~alive[:2])
+    only, wanted_sine = lax.optimization_barrier((only, wanted_sine))
     inner_x, outer_x = _of_two(sensor, near[0], near[1])
     shaded_x, shaded_share = _shaded(sensor, jnp.where(both, near[0], only), near[1], ~both, wanted_sine, free)
+    inner_x, outer_x, shaded_x, shaded_share = lax.optimization_barrier((inner_x, outer_x, shaded_x, shaded_share))
 
     def of_two(x, share):
         return jnp.stack([x, (near[1] / share - x * s) / c, (near[0] / share - x * s) / c])
@@ -102,9 +105,11 @@ def sun_candidates(
     found, misfit = [], []
     for a, b, d in zip(one, two, opposite, strict=True):
         v = jnp.where(lit >= 3, three, jnp.where(lit == 1, a, jnp.where(both, b, d)))
-        v = unit(jnp.where(lit > 0, v * signs, jnp.array([1.0, 0.0, 0.0])))
+        v = jnp.where(lit > 0, v * signs, jnp.array([1.0, 0.0, 0.0]))
+        # Not zero; one division in place of three.
+        v = lax.optimization_barrier(v * (1.0 / jnp.sqrt(jnp.sum(v**2))))
         found.append(v)
-        misfit.append(_misfit(sensor, v, i, alive))
+        misfit.append(lax.optimization_barrier(_misfit(sensor, v, i, alive)))
     limit = jnp.maximum(tolerance / sensor.max_current, ROUNDING)
     best = jnp.minimum(jnp.minimum(misfit[0], misfit[1]), misfit[2])
     # Of equal ones the first.
@@ -138,18 +143,19 @@ def _shaded(sensor, z_current, y_current, single, wanted_sine, free):
     All are all but linear in u.
     """
     s, c, h = jnp.sin(sensor.face_angle), jnp.cos(sensor.face_angle), sensor.hood_distance()
-    edge, least = jnp.cos(sensor.cutoff_angle), jnp.tan(sensor.hood_angle)
+    edge, least, unshaded = jnp.cos(sensor.cutoff_angle), jnp.tan(sensor.hood_angle), 1.0 / (h * c)
 
     def stepped(u):
-        R = jnp.sqrt(1.0 + u**2)
-        A, tilt = R * (s + c * u) / h, s / (c * u)
-        slope = ((1.0 + 2.0 * u**2) * c + s * u) / (R * h) - A / u
-        z, dz = z_current * A / (c * u) - tilt, (z_current * slope / c + tilt) / u
-        y, dy = y_current * A / (c * u) - tilt, (y_current * slope / c + tilt) / u
-        across = _within((edge * R - s) / (c * u), wanted_sine, free)
+        R, inverse = jnp.sqrt(1.0 + u**2), 1.0 / u
+        # i A - tilt with A = R (s + c u) / (h c u), and u times its derivative, i B less itself.
+        A, tilt = R * (s + c * u) * inverse * unshaded, s / c * inverse
+        B = ((1.0 + 2.0 * u**2) * c + s * u) * unshaded / R
+        z, y = z_current * A - tilt, y_current * A - tilt
+        dz, dy = z_current * B - z, y_current * B - y
+        across = _within(edge / c * R * inverse - tilt, wanted_sine, free)
         value = jnp.where(single, z - safe_sqrt(1.0 - across**2), 0.5 * (z**2 + y**2 - 1.0))
         rise = jnp.where(single, dz, z * dz + y * dy)
-        return jnp.clip(u - value / jnp.where(rise > 0.0, rise, 1.0), least / 1.2, 1e9)
+        return jnp.clip(u - u * value / jnp.where(rise > 0.0, rise, 1.0), least / 1.2, 1e9)
 
     # What the faces' tilt takes away is the most at the hood's edge, and there the roots are those of a square.
     tilt = s / (c * least)
@@ -158,7 +164,7 @@ def _shaded(sensor, z_current, y_current, single, wanted_sine, free):
     u = h * (q + safe_sqrt(q**2 + p * (1.0 - tilt**2 - jnp.where(single, across, tilt) ** 2))) / p - s / c
     u = jnp.maximum(u, least)
     for _ in range(STEPS - 1):
-        u = stepped(u)
+        u = lax.optimization_barrier(stepped(u))
     # The derivative of the solution is that of the last step alone.
     u = stepped(lax.stop_gradient(u))
     return 1.0 / jnp.sqrt(1.0 + u**2), h / (s + c * u)

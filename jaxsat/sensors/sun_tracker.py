@@ -6,6 +6,7 @@ kept where no face is lit, so that a Sun once seen is found again without a sear
 
 import equinox as eqx
 import jax.numpy as jnp
+from jax import lax
 from jaxtyping import Array, Bool, Float
 
 from jaxsat.math import cross, unit
@@ -43,12 +44,14 @@ def blank_track() -> SunTrack:
 
 def carried(track: SunTrack, turn: Float[Array, "3"]) -> SunTrack:
     """The track after the instrument has turned by the small vector `turn` [rad], in its own axes."""
-    # To second order, as the half turns before and after the midpoint; a sample's turn is a few hundredths.
+    # By the quaternion (1, -turn / 2), but for its length: a rotation, by the turn less a twelfth of its cube.
+    half = 0.5 * turn
+    share = 2.0 / (1.0 + jnp.sum(half**2))
     moved = []
     for k in range(CANDIDATES):
         v = track.direction[k]
-        half = v - 0.5 * cross(turn, v)
-        moved.append(unit(v - cross(turn, half)))
+        across = cross(half, v)
+        moved.append(v + share * (cross(half, across) - across))
     return SunTrack(jnp.stack(moved), track.mismatch)
 
 
@@ -61,13 +64,16 @@ def followed(track: SunTrack, candidates: Candidates, *, gain: float | Float[Arr
     directions, mismatches = [], []
     for k in range(CANDIDATES):
         expected = track.direction[k]
+        off = jnp.sum((candidates.direction - expected[None]) ** 2, axis=1)
+        off = lax.optimization_barrier(jnp.where(candidates.possible, off, jnp.inf))
         square, nearest = jnp.asarray(jnp.inf, expected.dtype), expected
         for n in range(CANDIDATES):
-            off = jnp.sum((candidates.direction[n] - expected) ** 2)
-            closer = candidates.possible[n] & (off < square)
-            square, nearest = jnp.where(closer, off, square), jnp.where(closer, candidates.direction[n], nearest)
-        directions.append(unit(expected + gain * (nearest - expected)))
+            closer = off[n] < square
+            square, nearest = jnp.where(closer, off[n], square), jnp.where(closer, candidates.direction[n], nearest)
+        whole = isinstance(gain, float) and gain == 1.0
+        directions.append(nearest if whole else unit(expected + gain * (nearest - expected)))
         mismatches.append(FORGETTING * track.mismatch[k] + (1.0 - FORGETTING) * square)
+    directions, mismatches = lax.optimization_barrier((directions, mismatches))
     best = jnp.minimum(jnp.minimum(mismatches[0], mismatches[1]), mismatches[2])
     seen, anew = candidates.lit > 0, best > LOST**2
     fresh = [jnp.where(candidates.possible[k], 0.0, jnp.inf) for k in range(CANDIDATES)]

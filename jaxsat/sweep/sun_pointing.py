@@ -49,7 +49,7 @@ OPTIONS = (
     Option("reading_noise", "0", "1-sigma of each detector's readings, over the maximum current"),
     Option("reading_bits", "0", "of the converter of the sensor's readings; 0: none"),
 )
-CHUNK = 1024
+CHUNK = 1000
 HELD_DEG = 3.0
 """Error at the end beyond which the Sun is no longer held, over the dead band and what is misaligned."""
 

@@ -267,3 +267,25 @@ def test_elements_and_back():
     assert tree["a"].tolist() == [[0, 1, 2], [3, 4, 5]]
     assert tree["b"][0].shape == () and tree["b"][0][()] == 6 and tree["b"][1].tolist() == [7]
     assert tree["b"][2].shape == (0, 2)
+
+
+def test_what_stands_behind_a_barrier_is_held_by_what_the_caller_chooses():
+    held = []
+
+    def hold(arrays):
+        held.append(len(arrays))
+        return [2.0 * x for x in arrays]
+
+    def function(a, s):
+        a, s, one = lax.optimization_barrier((3.0 * a, s, jnp.ones(())))
+        return a + s + one
+
+    a, s = drawn([(3,), ()], (5,))
+    replayed = over_cases(function, *like((3,), ()))
+    arguments = (elements(a.T, element_rank=1), elements(s, element_rank=0))
+    plain = np.stack(list(replayed(*arguments)), axis=-1)
+    np.testing.assert_allclose(plain, 3.0 * a + s[:, None] + 1.0, rtol=1e-15)
+    doubled = np.stack(list(replayed(*arguments, hold=hold)), axis=-1)
+    # Three elements, one scalar; the number one may be held or not.
+    assert held in ([4], [5])
+    np.testing.assert_allclose(doubled - plain, 3.0 * a + s[:, None] + float(held == [5]), rtol=1e-12)
