@@ -27,8 +27,6 @@ CONVERGED_DECREMENT = 1e-2
 """An undamped step would improve the cost by less than this: a tenth of a sigma in every direction."""
 MORE_ROUNDS = 6
 """Rounds more, with fresh damping, while a minimum is not reached so far."""
-OPTIMISM = 10.0
-"""How much more than an undamped step promises a minimum may still save: those that stay above the best are left."""
 MAX_MINIMA = 8
 """Minima compared on the whole arc."""
 
@@ -105,12 +103,14 @@ def refine(
 
     def settle(points: Point, number: int, stage: Stage, weight: np.ndarray) -> Point:
         for _ in range(MORE_ROUNDS):
-            if not _unsettled(points, parameters):
+            left = _unsettled(points, parameters)
+            if len(left) == 0:
                 break
-            cost = np.asarray(points.cost)
-            points = run(number, stage, np.asarray(points.x), np.asarray(points.reference), weight)
+            again = run(number, stage, np.asarray(points.x)[left], np.asarray(points.reference)[left], weight[left])
             # On a kink, where a panel's horizon passes a sample, a step promises what no step brings.
-            if not np.any(points.cost < cost - FINISHED_DECREMENT):
+            ended = not np.any(again.cost < np.asarray(points.cost)[left] - FINISHED_DECREMENT)
+            points = jax.tree.map(lambda old, new, left=left: _replaced(old, left, new), points, again)
+            if ended:
                 break
         return points
 
@@ -144,16 +144,24 @@ def refine(
     return Refined(jax.tree.map(lambda leaf: leaf[order], points), score[order], limited[order], hopeless[order])
 
 
-def _unsettled(points: Point, parameters: Parametrization) -> bool:
-    """Whether more steps would lower a minimum that is the best one, or might become it."""
+def _unsettled(points: Point, parameters: Parametrization) -> np.ndarray:
+    """Indices of minima that more steps would lower: of the best one, and of those that might become it."""
     costs = np.where(np.isfinite(points.cost), points.cost, np.inf)
-    for cost, x, gradient, information in zip(costs, points.x, points.gradient, points.hessian, strict=True):
-        if np.isfinite(cost):
-            pressed = at_bound(x, gradient, parameters.bounds())
-            promise = promised_saving(gradient, covariance(information, ~pressed), pressed)
-            if promise > CONVERGED_DECREMENT and cost - OPTIMISM * promise <= costs.min():
-                return True
-    return False
+    found = []
+    for k in np.flatnonzero(np.isfinite(costs)):
+        x, gradient, information = (np.asarray(leaf)[k] for leaf in (points.x, points.gradient, points.hessian))
+        pressed = at_bound(x, gradient, parameters.bounds())
+        promise = promised_saving(gradient, covariance(information, ~pressed), pressed)
+        if promise > CONVERGED_DECREMENT and costs[k] - promise <= costs.min():
+            found.append(k)
+    return np.array(found, dtype=int)
+
+
+def _replaced(old: np.ndarray, index: np.ndarray, new: np.ndarray) -> np.ndarray:
+    """A copy of an array over the minima with those at `index` in place of the old ones."""
+    result = np.array(old)
+    result[index] = new
+    return result
 
 
 def _sample_squares(points: Point, weight: np.ndarray) -> np.ndarray:
