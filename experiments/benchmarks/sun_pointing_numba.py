@@ -1,4 +1,4 @@
-"""The closed loop of Sun pointing with the published estimator once more, in plain Python for numba: a peer and a check.
+"""The closed loop of Sun pointing with the published estimator once more, for numba: a peer and a check.
 
 Nothing of `jaxsat` but numbers: sensor, reconstruction, law, thrusters and rigid body are written anew from Zhukov 2019
 and from what `jaxsat.control` documents of its law.
