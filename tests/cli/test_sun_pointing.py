@@ -26,7 +26,7 @@ def test_cases_end_pointing_and_their_times_add_up(swept):
     good = np.array([status == "succeeded" for status in table["status"]])
     # Half of the cases begin with the Sun behind them: not all of these have settled after 700 s.
     assert good.sum() > 30 and np.all(np.isfinite(settled[good]))
-    spent = sum(np.array(table[f"{mode}_time_s"]) for mode in ("damping", "search", "slew"))
+    spent = np.sum([table[f"{mode}_time_s"] for mode in ("damping", "search", "slew")], axis=0)
     # And the hold time of 100 s, but for where the Sun was let go of and found again.
     assert np.median(settled[good] - spent[good]) == pytest.approx(100.0, abs=2.0)
     assert np.max(np.array(table["final_error_deg"])[good]) < 1.0

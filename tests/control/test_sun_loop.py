@@ -20,6 +20,8 @@ LAW, SUN = SunPointingLaw(), jnp.array([1.0, 0.0, 0.0])
 EVERYTHING_OFF = Dispersions(
     inertia=0.05, thrust=0.1, thruster_deg=2.0, mounting_deg=0.5, gyro_bias_deg_s=0.002, detector_failures=0.4
 )
+# Most of the time goes into compiling, and none of it has to be fast.
+quick = functools.partial(jax.jit, compiler_options={"xla_backend_optimization_level": 0})
 NOISY = LoopSettings(reading_noise=0.005, reading_step=2.0**-10, gyro_noise_rad_s=1e-4)
 
 
@@ -29,12 +31,12 @@ def keys(count, first=0):
 
 @functools.lru_cache
 def program(settings, periods):
-    return jax.jit(lambda cases: run_cases(settings, LAW, cases, SUN, periods))
+    return quick(lambda cases: run_cases(settings, LAW, cases, SUN, periods))
 
 
 @functools.lru_cache
 def alone(settings, periods):
-    return jax.jit(lambda cases: run_one(settings, LAW, cases, SUN, periods))
+    return quick(lambda cases: run_one(settings, LAW, cases, SUN, periods))
 
 
 def only(cases: Cases, k: int) -> Cases:
