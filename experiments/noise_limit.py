@@ -29,7 +29,7 @@ def main() -> None:
     from fitting.parameters import PriorSigma, parametrization
     from fitting.problem import RATE_UNIT, predict
     from jaxsat.cli.config import load_config
-    from jaxsat.cli.inputs import nominal, observations
+    from jaxsat.cli.inputs import fit_settings, nominal, observations
     from jaxsat.cli.session import BUNDLED, prepare_session
     from jaxsat.integrators import BLOCK
 
@@ -49,7 +49,7 @@ def main() -> None:
     )
     prepared = prepare_session(path, config)
     samples = observations(prepared.session, prepared.orbit_fit, config)
-    sigma_mA = float(np.hypot(config.fit.noise_mA, config.fit.quantum_mA / np.sqrt(12.0)))
+    sigma_mA = fit_settings(config).reading_sigma_mA
     problem = build_problem(samples, noise=1e-3 * sigma_mA, max_step=4.0)
     parameters = parametrization(nominal(config), parse_free(arguments.free), PriorSigma())
 

@@ -58,6 +58,16 @@ class FitSettings:
     adaptive: AdaptiveRules | None = None
     """In place of the likelihood: the weights of Penkov et al. 2009; by Levenberg-Marquardt alone."""
 
+    @property
+    def reading_sigma_mA(self) -> float:
+        """1-sigma of one current, its rounding included."""
+        return float(np.hypot(self.noise_mA, self.quantum_mA / np.sqrt(12.0)))
+
+    @property
+    def floor(self) -> float | None:
+        """The largest current that reads as zero [A]; None where zero is a reading as any other."""
+        return 0.5e-3 * self.quantum_mA if self.zero_is_floor else None
+
     def __post_init__(self):
         """Raises ValueError naming what cannot be."""
         for name, known in (("likelihood", LIKELIHOODS), ("solver", EVALUATIONS)):
@@ -85,7 +95,7 @@ def fit(
     """
     began = time.perf_counter()
     progress("preparing", 0, 1)
-    noise = 1e-3 * float(np.hypot(settings.noise_mA, settings.quantum_mA / np.sqrt(12.0)))
+    noise = 1e-3 * settings.reading_sigma_mA
     duration = max(float(np.ptp(observations.t)), 1.0)
     max_rate = np.radians(settings.max_rate_deg_s)
     step = min(settings.step_s, step_for(RK4, max_rate, duration, COARSE_TOLERANCE))
@@ -96,8 +106,7 @@ def fit(
         limb_sigma = float(np.radians(settings.limb_sigma_deg) / np.sqrt(settings.limb_weight))
     else:
         observations = dataclasses.replace(observations, limb=None)
-    floor = 0.5e-3 * settings.quantum_mA if settings.zero_is_floor else None
-    common = {"noise": noise, "room_for": finest, "limb_sigma": limb_sigma, "floor": floor}
+    common = {"noise": noise, "room_for": finest, "limb_sigma": limb_sigma, "floor": settings.floor}
     coarse = build_problem(observations, max_step=step, **common)
     bright, sunlit = (each[: len(observations.t)] for each in (coarse.bright(), coarse.sunlit()))
     if (bright & sunlit).sum() < FIRST_ARC_LIT:

@@ -132,10 +132,10 @@ def refine(
         points = run(number, stage, np.asarray(points.x), np.asarray(points.reference), kept)
     points = settle(points, rounds - 1, stage, kept)
     # What more rounds have brought to explain the samples is not hopeless any more.
-    inexplicable = (_sample_squares(points, weight) > SAMPLE_LIMIT) & used
-    hopeless &= inexplicable.sum(axis=1) > MAX_LEFT_OUT * bright.sum(axis=1)
+    of_samples = _sample_squares(points, weight)
+    hopeless &= ((of_samples > SAMPLE_LIMIT) & used).sum(axis=1) > MAX_LEFT_OUT * bright.sum(axis=1)
     x, reference = np.asarray(points.x), np.asarray(points.reference)
-    score = 0.5 * (np.minimum(_sample_squares(points, weight), SAMPLE_LIMIT)).sum(axis=1)
+    score = 0.5 * np.minimum(of_samples, SAMPLE_LIMIT).sum(axis=1)
     limb = jnp.asarray(points.prediction.residual)[..., CURRENTS:]
     squares = np.asarray(robust_loss(limb**2, np.asarray(LIMB_SCALE))) * weight[..., CURRENTS:]
     score = score + 0.5 * squares.sum(axis=(1, 2))

@@ -62,15 +62,29 @@ def body_environment(state: AttitudeState, point: OrbitTable) -> BodyEnvironment
 def derivative(state: AttitudeState, point: OrbitTable, body: RigidBody) -> AttitudeState:
     """Time derivative of the state at one entry of an orbit's table (Markley & Crassidis 2014, eqs. 3.20 and 3.147).
 
-    J w' = sum of torques - w x J w,   q' = q (0, w) / 2,   and the law of the hysteresis rods where there are any.
+    The equations of `rigid_body_rates`, and the law of the hysteresis rods where there are any.
     """
-    q, w, J = state.quaternion, state.angular_velocity, body.spacecraft.inertia
+    q, w = state.quaternion, state.angular_velocity
     around = body_environment(state, point)
 
     torque = sum((t(body.spacecraft, around) for t in body.torques), start=jnp.zeros_like(w))
-    w_dot = body.inverse_inertia @ (torque - cross(w, J @ w))
-    q_dot = 0.5 * quaternion.times_vector(q, w)
+    q_dot, w_dot = rigid_body_rates(q, w, torque, body.spacecraft.inertia, body.inverse_inertia)
     return AttitudeState(q_dot, w_dot, _rod_lag_rate(body.spacecraft, around))
+
+
+def rigid_body_rates(
+    q: Float[Array, "4"],
+    w: Float[Array, "3"],
+    torque: Float[Array, "3"],
+    inertia: Float[Array, "3 3"],
+    inverse_inertia: Float[Array, "3 3"],
+) -> tuple[Float[Array, "4"], Float[Array, "3"]]:
+    """Time derivatives of attitude and angular velocity [rad/s^2] under a `torque` in body axes [N m].
+
+    J w' = torque - w x J w,   q' = q (0, w) / 2.
+    """
+    w_dot = inverse_inertia @ (torque - cross(w, inertia @ w))
+    return 0.5 * quaternion.times_vector(q, w), w_dot
 
 
 def _rod_lag_rate(spacecraft: Spacecraft, around: BodyEnvironment) -> Float[Array, " rods"] | None:

@@ -61,7 +61,7 @@ class Job:
         prepared = prepare_session(BUNDLED, config)
         data = observations(prepared.session, prepared.orbit_fit, config)
         settings = fit_settings(config)
-        noise = 1e-3 * float(np.hypot(settings.noise_mA, settings.quantum_mA / np.sqrt(12.0)))
+        noise = 1e-3 * settings.reading_sigma_mA
         self.problem = problem = build_problem(data, noise=noise, max_step=max_step)
         self.parameters = parameters = parametrization(nominal(config), settings.free, settings.prior)
         self.lit, agree = problem.bright() & problem.sunlit(), problem.bright() == problem.sunlit()

@@ -7,7 +7,7 @@ and from what `jaxsat.control` documents of its law.
 import math
 
 import numpy as np
-from numba import njit
+from numba import njit  # pyright: ignore[reportMissingImports]
 
 S, C = math.sin(math.radians(22.0)), math.cos(math.radians(22.0))
 EDGE, HOOD = math.cos(math.radians(83.0)), math.cos(math.radians(74.0))

@@ -92,13 +92,12 @@ def problem_of(session: BlindSession, step: float, begin: int = 0) -> tuple[Obse
     Those from number `begin` of these samples on.
     """
     settings, samples = session.settings, session.observations
-    noise = 1e-3 * float(np.hypot(settings.noise_mA, settings.quantum_mA / np.sqrt(12.0)))
-    floor = 0.5e-3 * settings.quantum_mA if settings.zero_is_floor else None
-    problem = build_problem(samples, noise=noise, max_step=step, floor=floor)
+    common = {"noise": 1e-3 * settings.reading_sigma_mA, "floor": settings.floor}
+    problem = build_problem(samples, max_step=step, **common)
     first = int(np.flatnonzero(problem.bright() & problem.sunlit())[0])
     if first + begin > 0:
         samples = samples.since(first + begin)
-        problem = build_problem(samples, noise=noise, max_step=step, floor=floor)
+        problem = build_problem(samples, max_step=step, **common)
     use = np.repeat(np.asarray(problem.valid).astype(float)[:, None], 6, axis=1)
     use[problem.bright() != problem.sunlit()] = 0.0
     return samples, problem, use
@@ -170,7 +169,7 @@ def compare(session: BlindSession, result: FitResult) -> dict[str, Any]:
 def truncated_cost(session: BlindSession, result: FitResult, limit: float = 30.0) -> float:
     """Chi2 with no sample above `limit` and with the priors: comparable where fits left out different samples."""
     settings = session.settings
-    noise_mA = float(np.hypot(settings.noise_mA, settings.quantum_mA / np.sqrt(12.0)))
+    noise_mA = settings.reading_sigma_mA
     used = (result.measured_mA.max(axis=1) > 3.0 * noise_mA) == result.lit
     squares = (((result.modelled_mA - result.measured_mA) / noise_mA) ** 2).sum(axis=1)
     parameters = parametrization(session.nominal, settings.free, settings.prior)

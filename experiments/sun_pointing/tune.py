@@ -37,6 +37,7 @@ def main() -> None:
     from jaxsat.control.sun_gradient import impulse, scaled, sensitivities, settling_time
     from jaxsat.control.sun_loop import LoopSettings
     from jaxsat.control.sun_pointing import SunPointingLaw
+    from jaxsat.sweep import case_keys
 
     settings, sun_eci = LoopSettings(), jnp.array([1.0, 0.0, 0.0])
 
@@ -46,8 +47,7 @@ def main() -> None:
     metrics = (goal, settling_time, impulse)
 
     def cases(first: int):
-        numbers = jnp.arange(first, first + arguments.cases)
-        return draw_cases(Dispersions(), jax.vmap(lambda k: jax.random.fold_in(jax.random.key(0), k))(numbers))
+        return draw_cases(Dispersions(), case_keys(0, np.arange(first, first + arguments.cases)))
 
     @jax.jit
     def evaluate(law, drawn):

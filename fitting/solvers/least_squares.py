@@ -97,7 +97,7 @@ def normal_equations(
     J: Float[Array, "samples channels unknowns"],
     weight: Float[Array, "samples channels"],
     settings: Settings,
-    floor: Float[Array, "samples currents"] | None = None,
+    floor: Float[Array, "samples currents"],
 ) -> tuple[Float[Array, ""], Float[Array, " unknowns"], Float[Array, "unknowns unknowns"]]:
     """Cost, gradient and Gauss-Newton matrix of some samples; `floor` is that of `Problem`.
 
@@ -106,12 +106,8 @@ def normal_equations(
     """
     scale = jnp.asarray(settings.robust_scale)
     scale = jnp.where(jnp.arange(r.shape[1]) < CURRENTS, scale, jnp.minimum(scale, LIMB_SCALE))[None, :]
-    if floor is None:
-        square, slope, curvature = r**2, r, jnp.ones_like(r)
-    else:
-        square, slope, curvature = at_floor(
-            r, jnp.pad(floor, ((0, 0), (0, r.shape[1] - CURRENTS)), constant_values=NO_FLOOR)
-        )
+    of_channels = jnp.pad(floor, ((0, 0), (0, r.shape[1] - CURRENTS)), constant_values=NO_FLOOR)
+    square, slope, curvature = at_floor(r, of_channels)
     loss = robust_loss(square, scale) * weight
     of_samples, of_sample = sample_loss(jnp.sum(loss[:, :CURRENTS], axis=1), settings)
     weight = weight / jnp.sqrt(1.0 + square / scale**2)

@@ -1,7 +1,6 @@
 """Writes everything that a fit leaves in its directory."""
 
 import dataclasses
-import math
 import platform
 import time
 from collections.abc import Sequence
@@ -61,10 +60,10 @@ def write_fit(
     `limb` are the limb angles that were fitted too; `remarks` are warnings that are there already.
     """
     from fitting.diagnostics import diagnose
+    from jaxsat.cli.inputs import fit_settings
 
     epoch = prepared.session.epoch
-    # The 1-sigma that the fit itself makes of them.
-    diagnostics = diagnose(result, noise_mA=math.hypot(config.fit.noise_mA, config.fit.quantum_mA / math.sqrt(12.0)))
+    diagnostics = diagnose(result, noise_mA=fit_settings(config).reading_sigma_mA)
     pictures = {**draw_fit(result, prepared.subtitle), **draw_profiles(profiles, prepared.subtitle)} if plots else {}
     for name, png in pictures.items():
         (directory / name).write_bytes(png)

@@ -6,18 +6,20 @@ from typing import Literal
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
 from jaxsat.control.sun_pointing import Guidance, SunPointingLaw, decide, first_guidance, wanted_torque
 from jaxsat.control.sun_vehicle import SunPointingVehicle
 from jaxsat.control.thrusters import fire
-from jaxsat.math import angle_between, cross, quaternion
+from jaxsat.dynamics import rigid_body_rates
+from jaxsat.math import angle_between, quaternion
+from jaxsat.math.runge_kutta import RK4, runge_kutta_step
 from jaxsat.sensors.sun_candidates import sun_candidates
 from jaxsat.sensors.sun_published import published_direction
 from jaxsat.sensors.sun_sensor import combine_detectors, face_currents, quantize
 from jaxsat.sensors.sun_tracker import SunTrack, blank_track, carried, followed
 
-Estimator = Literal["published", "tracking"]
+Estimator = Literal["tracking", "published"]
 
 
 @dataclass(frozen=True)
@@ -84,7 +86,7 @@ class Sample(eqx.Module):
     """True direction of the Sun in the sensor's axes."""
     estimate: Float[Array, "3"]
     """What was believed of it; meaningless where it was not known."""
-    known: Array
+    known: Bool[Array, ""]
     lit: Int[Array, ""]
     """Faces with a current."""
     mode: Int[Array, ""]
@@ -175,20 +177,14 @@ def one_period(
 def _moved(vehicle, q, w, torque_body, period):
     """The rigid body a period on under a torque that is constant in its axes: RK4, one step.
 
-    J w' = torque - w x J w,   q' = q (0, w) / 2.   Pulses count as their mean over the period, which moves the attitude
-    by an eighth of their acceleration times the period squared at most.
+    Pulses count as their mean over the period, which moves the attitude by an eighth of their acceleration times the
+    period squared at most.
     """
 
-    def slope(q, w):
-        q, w = jax.lax.optimization_barrier((q, w))
-        turning = 0.5 * quaternion.times_vector(q, w)
-        gyroscopic = cross(w, vehicle.inertia @ w)
-        return jax.lax.optimization_barrier((turning, vehicle.inverse_inertia @ (torque_body - gyroscopic)))
+    def slope(state, _):
+        q, w = jax.lax.optimization_barrier(state)
+        rates = rigid_body_rates(q, w, torque_body, vehicle.inertia, vehicle.inverse_inertia)
+        return jax.lax.optimization_barrier(rates)
 
-    q1, w1 = slope(q, w)
-    q2, w2 = slope(q + 0.5 * period * q1, w + 0.5 * period * w1)
-    q3, w3 = slope(q + 0.5 * period * q2, w + 0.5 * period * w2)
-    q4, w4 = slope(q + period * q3, w + period * w3)
-    q = q + period / 6.0 * (q1 + 2.0 * q2 + 2.0 * q3 + q4)
-    w = w + period / 6.0 * (w1 + 2.0 * w2 + 2.0 * w3 + w4)
-    return q / jnp.sqrt(jnp.sum(q**2)), w
+    q, w = runge_kutta_step(RK4, slope, (q, w), period, (None,) * RK4.stages)
+    return quaternion.normalize(q), w

@@ -142,7 +142,7 @@ DORMAND_PRINCE_8 = Tableau(
 
 
 def runge_kutta_step(
-    tableau: Tableau, f: Derivative, state: PyTree, h: Float[Array, ""], points: tuple[PyTree, ...]
+    tableau: Tableau, f: Derivative, state: PyTree, h: float | Float[Array, ""], points: tuple[PyTree, ...]
 ) -> PyTree:
     """Return the state one step `h` later; `points` are the known values at the tableau's nodes, one for each stage."""
     slopes: list[PyTree] = []
@@ -151,7 +151,7 @@ def runge_kutta_step(
     return _moved(state, h, tableau.weights, slopes)
 
 
-def _moved(state: PyTree, h: Float[Array, ""], weights: dict[int, float], slopes: list[PyTree]) -> PyTree:
+def _moved(state: PyTree, h: float | Float[Array, ""], weights: dict[int, float], slopes: list[PyTree]) -> PyTree:
     """state + h sum of weights[j] slopes[j]."""
     if not weights:
         return state

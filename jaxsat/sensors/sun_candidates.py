@@ -10,6 +10,7 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Bool, Float, Int
 
+from jaxsat.sensors.sun_faces import by_three, by_x, cosines_by_two, mirrored
 from jaxsat.sensors.sun_sensor import PyramidSunSensor, lit_fraction, safe_sqrt
 
 CANDIDATES = 3
@@ -50,40 +51,33 @@ def sun_candidates(
     alive = jnp.ones(4, bool) if alive is None else alive
     s, c = jnp.sin(sensor.face_angle), jnp.cos(sensor.face_angle)
     i = jnp.where((currents > threshold) & alive, currents / sensor.max_current, 0.0)
-    lit = jnp.sum(i > 0.0)
-    # By symmetry as if the Sun stood at positive y and z; `near` are the faces toward it, z before y. Chosen, not
-    # taken as extremes: where both currents of a pair are equal, those would halve the derivative.
-    turned = jnp.stack([i[1] > i[0], i[3] > i[2]])
-    sign = jnp.where(turned, -1.0, 1.0)
-    near, far = jnp.where(turned, i[1::2], i[::2]), jnp.where(turned, i[::2], i[1::2])
     # Here and below: what is used many times is computed once.
-    i, lit, sign, near, far = lax.optimization_barrier((i, lit, sign, near, far))
+    i, faces = lax.optimization_barrier((i, mirrored(i)))
+    near, lit, both = faces.near, faces.lit, faces.both()
 
-    pair = jnp.where(far[0] > far[1], near[0] + far[0], near[1] + far[1]) / (2.0 * s)
-    three = jnp.stack([pair, (near[1] - pair * s) / c, (near[0] - pair * s) / c])
+    three = by_three(sensor, faces)
     # Two opposite faces: the component across them by its size alone.
     z_pair = near[0] > 0.0
     along = jnp.where(z_pair, three[2], three[1])
-    side = safe_sqrt(1.0 - pair**2 - along**2)
+    side = safe_sqrt(1.0 - three[0] ** 2 - along**2)
     beside = jnp.where(z_pair, jnp.array([0.0, 1.0, 0.0]), jnp.array([0.0, 0.0, 1.0])) * side
     flat = jnp.where(z_pair, jnp.array([1.0, 0.0, 1.0]), jnp.array([1.0, 1.0, 0.0])) * three
     opposite = (flat + beside, flat - beside, flat - beside)
 
-    both = (near[0] > 0.0) & (near[1] > 0.0)
     only = jnp.where(z_pair, near[0], near[1])
     wanted = jnp.where(z_pair, expected[1], expected[2])
     wanted_sine = wanted / jnp.maximum(safe_sqrt(expected[1] ** 2 + expected[2] ** 2), 1e-9)
     free = jnp.where(z_pair, ~alive[2:], ~alive[:2])
     only, wanted_sine = lax.optimization_barrier((only, wanted_sine))
-    inner_x, outer_x = _of_two(sensor, near[0], near[1])
+    inner_x, outer_x, _ = cosines_by_two(sensor, near[0], near[1])
     shaded_x, shaded_share = _shaded(sensor, jnp.where(both, near[0], only), near[1], ~both, wanted_sine, free)
     inner_x, outer_x, shaded_x, shaded_share = lax.optimization_barrier((inner_x, outer_x, shaded_x, shaded_share))
 
-    def of_two(x, share):
-        return jnp.stack([x, (near[1] / share - x * s) / c, (near[0] / share - x * s) / c])
-
-    whole = jnp.ones_like(s)
-    two = (of_two(inner_x, whole), of_two(outer_x, whole), of_two(shaded_x, shaded_share))
+    two = (
+        by_x(sensor, near, inner_x),
+        by_x(sensor, near, outer_x),
+        by_x(sensor, near / shaded_share, shaded_x),
+    )
 
     def of_one(x, toward, across):
         return jnp.where(z_pair, jnp.stack([x, across, toward]), jnp.stack([x, toward, across]))
@@ -91,7 +85,7 @@ def sun_candidates(
     # The curve ends where the next face would light up.
     edge = jnp.cos(sensor.cutoff_angle)
     one = []
-    for way, x in zip((1.0, -1.0), _of_two(sensor, only, edge), strict=True):
+    for way, x in zip((1.0, -1.0), cosines_by_two(sensor, only, edge)[:2], strict=True):
         across = _within((edge - x * s) / c, wanted, free)
         reach = safe_sqrt(1.0 - only**2)
         across = jnp.clip(across, -reach, reach)
@@ -101,7 +95,7 @@ def sun_candidates(
     one.append(of_one(shaded_x, (only / shaded_share - shaded_x * s) / c, across))
 
     # Of a dark pair the sign is positive: the component across a single face keeps that of what was expected.
-    signs = jnp.stack([jnp.ones_like(s), sign[1], sign[0]])
+    signs = faces.signs()
     found, misfit = [], []
     for a, b, d in zip(one, two, opposite, strict=True):
         v = jnp.where(lit >= 3, three, jnp.where(lit == 1, a, jnp.where(both, b, d)))
@@ -119,14 +113,6 @@ def sun_candidates(
         for m, again in zip(misfit, repeated, strict=True)
     ]
     return Candidates(jnp.stack(found), jnp.stack(possible), lit)
-
-
-def _of_two(sensor, z_current, y_current):
-    """Cosines from the axis, the greater first, at which the faces of z and y have these currents (eq. 15)."""
-    s, c = jnp.sin(sensor.face_angle), jnp.cos(sensor.face_angle)
-    swing = safe_sqrt(2.0 * z_current * y_current * s**2 + c**2 * (1.0 + s**2) - z_current**2 - y_current**2)
-    middle = (z_current + y_current) * s
-    return (middle + swing) / (1.0 + s**2), (middle - swing) / (1.0 + s**2)
 
 
 def _within(limit, wanted, free):

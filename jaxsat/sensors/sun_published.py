@@ -9,6 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
 from jaxsat.math import unit
+from jaxsat.sensors.sun_faces import by_three, by_x, cosines_by_two, mirrored
 from jaxsat.sensors.sun_sensor import PyramidSunSensor, safe_sqrt
 
 
@@ -39,42 +40,28 @@ def published_direction(
     """
     s, c = jnp.sin(sensor.face_angle), jnp.cos(sensor.face_angle)
     i = jnp.where(currents > threshold, currents / sensor.max_current, 0.0)
-    lit = jnp.sum(i > 0.0)
-    # By symmetry as if the Sun stood at positive y and z: `near` faces look toward it, `far` faces away, z before y.
-    # Chosen, not taken as extremes: where both currents of a pair are equal, those would halve the derivative.
-    turned = jnp.stack([i[1] > i[0], i[3] > i[2]])
-    sign = jnp.where(turned, -1.0, 1.0)
-    near, far = jnp.where(turned, i[1::2], i[::2]), jnp.where(turned, i[::2], i[1::2])
+    faces = mirrored(i)
+    near, lit = faces.near, faces.lit
+    three = by_three(sensor, faces)
 
-    # Both pairs but for the faintest face.
-    first = far[0] > far[1]
-    pair = jnp.where(first, near[0] + far[0], near[1] + far[1])
-    x3 = pair / (2.0 * s)
-    across = (near - x3 * s) / c
-    three = jnp.stack([x3, across[1], across[0]])
-
-    root = 2.0 * near[0] * near[1] * s**2 + c**2 * (1.0 + s**2) - near[0] ** 2 - near[1] ** 2
-    middle, swing = jnp.sum(near) * s, safe_sqrt(root)
     limit = jnp.cos(two_current_limit(sensor))
-
-    def of_two(x):
-        return jnp.stack([x, (near[1] - x * s) / c, (near[0] - x * s) / c])
+    inner, outer, solvable = cosines_by_two(sensor, near[0], near[1])
+    plus, minus, flat_on_base = (by_x(sensor, near, x) for x in (inner, outer, jnp.zeros_like(inner)))
 
     def possible(v):
-        return (root >= 0.0) & (v[0] >= 0.0) & (v[0] < limit) & (v[1] > 0.0) & (v[2] > 0.0)
+        return solvable & (v[0] >= 0.0) & (v[0] < limit) & (v[1] > 0.0) & (v[2] > 0.0)
 
-    plus, minus = (of_two((middle + sign_of_root * swing) / (1.0 + s**2)) for sign_of_root in (1.0, -1.0))
-    two = jnp.where(possible(plus), plus, jnp.where(possible(minus), minus, of_two(jnp.zeros_like(middle))))
+    two = jnp.where(possible(plus), plus, jnp.where(possible(minus), minus, flat_on_base))
 
     only = jnp.maximum(near[0], near[1])
     toward = only * c + s * safe_sqrt(1.0 - only**2)
     x1 = jnp.maximum((only - toward * c) / s, 0.0)
     one = jnp.where(near[0] > near[1], jnp.stack([x1, 0.0 * x1, toward]), jnp.stack([x1, toward, 0.0 * x1]))
 
-    neighbours = (lit == 2) & (near[0] > 0.0) & (near[1] > 0.0)
+    neighbours = (lit == 2) & faces.both()
     opposite = (lit == 2) & ~neighbours
     found = jnp.where(lit >= 3, three, jnp.where(neighbours, two, one))
     flat = jnp.where(near[0] > 0.0, jnp.array([1.0, 0.0, 1.0]), jnp.array([1.0, 1.0, 0.0]))
-    found = jnp.where(opposite, three * flat, found) * jnp.stack([jnp.ones_like(s), sign[1], sign[0]])
+    found = jnp.where(opposite, three * flat, found) * faces.signs()
     axis = jnp.array([1.0, 0.0, 0.0])
     return SunReading(unit(jnp.where(lit > 0, found, axis)), lit)

@@ -14,7 +14,6 @@ import numpy as np
 from jaxsat.sweep.scenario import Factory, Metric, Option, Scenario, case_keys, number_of
 
 NAME = "gravity-gradient"
-SUMMARY = "a satellite under gravity gradient, let go at a random attitude and rate"
 STATUSES = ("succeeded", "tumbling", "diverged")
 METRICS = {
     "largest_tilt_deg": Metric("deg", "largest angle of the long axis from the vertical"),
@@ -62,7 +61,7 @@ def _build(options: Mapping[str, str]) -> Scenario:
     def run(seed: int, cases: np.ndarray) -> dict[str, np.ndarray]:
         return outcome(histories(seed, cases, tilt=tilt, rate=rate, orbits=orbits))
 
-    return Scenario(NAME, SUMMARY, STATUSES, METRICS, CHUNK, run)
+    return Scenario(NAME, STATUSES, METRICS, CHUNK, run)
 
 
 make = Factory(_build, OPTIONS)

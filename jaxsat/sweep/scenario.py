@@ -34,8 +34,6 @@ class Scenario:
     """
 
     name: str
-    summary: str
-    """What is simulated, in one line."""
     statuses: tuple[str, ...]
     """How a case may end: 0 is success, the others are reasons of failure."""
     metrics: Mapping[str, Metric]

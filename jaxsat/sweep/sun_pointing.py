@@ -4,12 +4,10 @@ A case runs from the damping of its rate to the end of the simulated time, 1500 
 Sun was held for 100 s, and is still held at the end.
 """
 
-import contextlib
 import functools
 import math
-import threading
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast, get_args
 
 import numpy as np
 
@@ -19,7 +17,6 @@ if TYPE_CHECKING:
     from jaxsat.control.sun_loop import LoopSettings, Sample
 
 NAME = "sun-pointing"
-SUMMARY = "a spacecraft with a pyramid Sun sensor finds the Sun and turns to it, from any attitude and rate"
 STATUSES = ("succeeded", "not settled", "let go of the Sun", "diverged")
 METRICS = {
     "settling_time_s": Metric("s", "until the Sun had been held for the hold time; none in a case that never did"),
@@ -62,16 +59,15 @@ def _program(options: tuple[tuple[str, str], ...]):
 
     from jaxsat.control.sun_cases import run_cases
     from jaxsat.control.sun_draw import Dispersions, draw_cases
-    from jaxsat.control.sun_loop import LoopSettings
+    from jaxsat.control.sun_loop import Estimator, LoopSettings
     from jaxsat.control.sun_pointing import SunPointingLaw
 
     given = dict(options)
     number = functools.partial(number_of, given)
     period = number("period_s", low=0.05, high=10.0)
     bits = number("reading_bits", low=0.0, high=32.0)
-    estimator = choice_of(given, "estimator", ("tracking", "published"))
     settings = LoopSettings(
-        estimator="tracking" if estimator == "tracking" else "published",
+        estimator=cast(Estimator, choice_of(given, "estimator", get_args(Estimator))),
         period_s=period,
         reading_step=2.0**-bits if bits > 0.0 else 0.0,
         reading_noise=number("reading_noise", low=0.0, high=0.1),
@@ -134,17 +130,11 @@ def _build(options: Mapping[str, str]) -> Scenario:
     # Whatever is wrong with the options is said before anything is compiled.
     _program(program)
 
-    first, compiled = threading.Lock(), threading.Event()
-
     def run(seed: int, cases: np.ndarray) -> dict[str, np.ndarray]:
         _, _, _, draw, run_drawn = _program(program)
-        # Of several threads one compiles.
-        with contextlib.nullcontext() if compiled.is_set() else first:
-            found = jax.device_get(run_drawn(draw(case_keys(seed, cases))))
-            compiled.set()
-        return found
+        return jax.device_get(run_drawn(draw(case_keys(seed, cases))))
 
-    return Scenario(NAME, SUMMARY, STATUSES, METRICS, CHUNK, run)
+    return Scenario(NAME, STATUSES, METRICS, CHUNK, run)
 
 
 make = Factory(_build, OPTIONS)

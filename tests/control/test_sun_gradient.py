@@ -10,6 +10,7 @@ from jaxsat.control.sun_draw import Dispersions, draw_cases
 from jaxsat.control.sun_gradient import impulse, scaled, sensitivities, settling_time
 from jaxsat.control.sun_loop import LoopSettings
 from jaxsat.control.sun_pointing import SunPointingLaw
+from jaxsat.sweep import case_keys
 
 SUN, LAW, SETTINGS, PERIODS = jnp.array([1.0, 0.0, 0.0]), SunPointingLaw(), LoopSettings(estimator="published"), 900
 NAMES = ("slew_rate", "inertia", "rate_gain")
@@ -18,8 +19,7 @@ COUNT = 256
 
 @pytest.fixture(scope="module")
 def cases():
-    keys = jax.vmap(lambda k: jax.random.fold_in(jax.random.key(3), k))(jnp.arange(COUNT))
-    return draw_cases(Dispersions(max_rate_deg_s=1.0), keys)
+    return draw_cases(Dispersions(max_rate_deg_s=1.0), case_keys(3, np.arange(COUNT)))
 
 
 def test_sensitivities_are_the_differences_of_means(cases):

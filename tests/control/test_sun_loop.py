@@ -15,6 +15,7 @@ from jaxsat.control.sun_loop import LoopSettings, _moved
 from jaxsat.control.sun_pointing import HOLD, SunPointingLaw
 from jaxsat.control.sun_vehicle import BODY_FROM_INSTRUMENT, INERTIA_KG_M2, TORQUE_N_M, nominal_vehicle
 from jaxsat.math import angle_between, quaternion
+from jaxsat.sweep import case_keys
 
 LAW, SUN = SunPointingLaw(), jnp.array([1.0, 0.0, 0.0])
 EVERYTHING_OFF = Dispersions(
@@ -26,7 +27,7 @@ NOISY = LoopSettings(reading_noise=0.005, reading_step=2.0**-10, gyro_noise_rad_
 
 
 def keys(count, first=0):
-    return jax.vmap(lambda k: jax.random.fold_in(jax.random.key(7), k))(jnp.arange(first, first + count))
+    return case_keys(7, np.arange(first, first + count))
 
 
 @functools.lru_cache

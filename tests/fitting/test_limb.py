@@ -15,6 +15,7 @@ from fitting.limb import LimbAngles, limb_residual, limb_residuals
 from fitting.observations import build_problem
 from fitting.parameters import PriorSigma, parametrization
 from fitting.problem import RATE_UNIT, predict
+from fitting.solvers.floor import NO_FLOOR
 from fitting.solvers.least_squares import Settings, normal_equations
 from fitting.solvers.multi_start import NONE
 from jaxsat.cli.config import load_config
@@ -236,7 +237,8 @@ def test_what_is_wrong_with_currents_is_nothing_to_limb_angles():
     J = np.random.default_rng(3).normal(size=(2, 8, 6))
     none = jnp.asarray(NONE)
     settings = Settings(jnp.asarray(0), jnp.asarray(1), none, jnp.ones(6, bool), none, jnp.asarray(30.0))
-    cost, gradient, hessian = normal_equations(jnp.asarray(residual), jnp.asarray(J), jnp.ones((2, 8)), settings)
+    arrays = (jnp.asarray(residual), jnp.asarray(J), jnp.ones((2, 8)))
+    cost, gradient, hessian = normal_equations(*arrays, settings, jnp.full((2, 6), NO_FLOOR))
     kept = np.ones((2, 8))
     kept[0, :6] = 0.0
     # Each limb angle is robust by itself, a pseudo-Huber loss of scale 5, in place of a state of the sample.

@@ -120,7 +120,8 @@ def test_padding_and_samples_after_the_arc_count_for_nothing(arc, blocks, number
 
     none, each = jnp.asarray(NONE), np.repeat(inside.astype(float)[:, None], 6, axis=1)
     settings = Settings(jnp.asarray(0), jnp.asarray(1), jnp.asarray(3.0), jnp.ones(len(NAMES), bool), none, none)
-    data = normal_equations(prediction.residual, jnp.asarray(jacobian), jnp.asarray(each), settings)
+    floor = jnp.asarray(arc.problem.floor)
+    data = normal_equations(prediction.residual, jnp.asarray(jacobian), jnp.asarray(each), settings, floor)
     cost, gradient, hessian = (np.asarray(a + b) for a, b in zip(data, priors(jnp.asarray(arc.x)), strict=True))
     r, J = np.asarray(prediction.residual)[inside].ravel(), jacobian[inside].reshape(-1, len(NAMES))
     c = 3.0

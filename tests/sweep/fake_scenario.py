@@ -24,7 +24,7 @@ def _build(options: Mapping[str, str]) -> Scenario:
         }
 
     metrics = {"miss_deg": Metric("deg", "by how much"), "settling_time_s": Metric("s", "how soon; none if failed")}
-    return Scenario("fake", "numbers", STATUSES, metrics, int(number_of(options, "chunk", low=1.0)), run)
+    return Scenario("fake", STATUSES, metrics, int(number_of(options, "chunk", low=1.0)), run)
 
 
 make = Factory(
@@ -48,4 +48,4 @@ def broken(options: Mapping[str, str]) -> Scenario:
     def run(seed, cases):
         raise OSError(28, "No space left on device", "somewhere")
 
-    return Scenario("broken", "nothing", STATUSES, {}, 4, run)
+    return Scenario("broken", STATUSES, {}, 4, run)

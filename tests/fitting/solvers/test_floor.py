@@ -69,7 +69,7 @@ def test_faint_light_is_not_made_brighter(light):
             brightness -= float(gradient[0] / hessian[0, 0])
         return brightness, float(hessian[0, 0]) ** -0.5
 
-    plain, _ = estimate(None)
+    plain, _ = estimate(jnp.full((count, 6), NO_FLOOR))
     cut, spread = estimate(jnp.where(jnp.asarray(reading) == 0.0, 0.5 / sigma, NO_FLOOR))
     assert cut == pytest.approx(light, abs=4.0 * spread)
     assert plain == pytest.approx(reading.mean(), rel=1e-6)
