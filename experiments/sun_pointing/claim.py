@@ -1,4 +1,4 @@
-"""Does Sun pointing work despite the errors of its sensor, as Zhukov 2019 claims of 10 000 cases? Two estimators.
+"""Does Sun pointing work despite the errors of its sensor, as Zhukov 2019 claims of 10 000 cases? Three estimators.
 
 The claim is about his estimator on a perfect vehicle; beside it a vehicle that is off in everything. Prints a table,
 writes JSON. `jaxsat sweep sun-pointing` is the same with files and pictures of the cases.
@@ -71,7 +71,7 @@ def main() -> None:
     print("| vehicle | estimator | succeeded | " + " | ".join(f"{name} p50, p95" for name in SHOWN) + " | warm, s |")
     print("|---" * (len(SHOWN) + 4) + "|")
     for vehicle, options in VEHICLES.items():
-        for estimator in ("published", "tracking"):
+        for estimator in ("published", "tracking", "filter"):
             found = study({**options, "estimator": estimator}, arguments.cases, arguments.seed)
             results.append({"vehicle": vehicle, "estimator": estimator, **found})
             shown = (found["metrics"][name] for name in SHOWN)

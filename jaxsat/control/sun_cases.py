@@ -37,7 +37,7 @@ def run_cases(
     The law's leaves may have the cases in front as well.
     """
     alone = jax.tree.map(lambda leaf: leaf[0], (cases.quaternion, cases.angular_velocity))
-    shapes = jax.eval_shape(first_state, *alone)
+    shapes = jax.eval_shape(functools.partial(first_state, settings), *alone)
     craft, plan = jax.eval_shape(nominal_vehicle), jax.eval_shape(SunPointingLaw)
     noise = (jax.ShapeDtypeStruct((NOISES,), cases.quaternion.dtype),) if settings.noisy else ()
 
@@ -49,7 +49,7 @@ def run_cases(
         jax.tree.map(lambda leaf, like: elements(_last(leaf, like), element_rank=like.ndim), *pair)
         for pair in ((law, plan), (cases.vehicle, craft))
     ]
-    start = jax.vmap(first_state)(cases.quaternion, cases.angular_velocity)
+    start = jax.vmap(functools.partial(first_state, settings))(cases.quaternion, cases.angular_velocity)
     count = len(cases.quaternion)
     flat = jax.tree.map(lambda leaf, like: list(_last(leaf, like).reshape(-1, count)), start, shapes)
     flat = jax.tree.leaves(flat)
@@ -94,7 +94,7 @@ def run_one(
     vehicle = jax.tree.map(
         lambda leaf, like: leaf[0] if leaf.ndim > like.ndim else leaf, case.vehicle, jax.eval_shape(nominal_vehicle)
     )
-    start = first_state(case.quaternion[0], case.angular_velocity[0])
+    start = first_state(settings, case.quaternion[0], case.angular_velocity[0])
 
     def advance(state, number):
         noise = jax.random.normal(jax.random.fold_in(case.key[0], number), (NOISES,)) if settings.noisy else None

@@ -31,12 +31,17 @@ class Dispersions:
     """1-sigma of each axis' bias."""
     detector_failures: float = 0.0
     """Probability that a face has lost one of its two detectors."""
+    dead_faces: float = 0.0
+    """Probability that a face has lost both."""
+    detector_gain: float = 0.0
+    """1-sigma of each detector's gain, relative."""
 
     @property
     def vehicles_differ(self) -> bool:
         """Whether anything but the initial motion is drawn."""
         spread = (self.inertia, self.thrust, self.thruster_deg, self.mounting_deg, self.gyro_bias_deg_s)
-        return any(value > 0.0 for value in (*spread, self.detector_failures))
+        detectors = (self.detector_failures, self.dead_faces, self.detector_gain)
+        return any(value > 0.0 for value in (*spread, *detectors))
 
 
 def draw_cases(dispersions: Dispersions, keys: Key[Array, " cases"]) -> Cases:
@@ -57,6 +62,7 @@ def _motion(dispersions: Dispersions, key) -> tuple[Float[Array, "4"], Float[Arr
 
 def _vehicle(dispersions: Dispersions, key) -> SunPointingVehicle:
     keys = jax.random.split(key, 7)
+    dead_key, gain_key = jax.random.split(jax.random.fold_in(key, 1))
     nominal = nominal_vehicle()
     J = nominal.inertia
     off = jax.random.normal(keys[0], (3, 3))
@@ -72,6 +78,8 @@ def _vehicle(dispersions: Dispersions, key) -> SunPointingVehicle:
     fails = jax.random.uniform(keys[5], (4, 1)) < dispersions.detector_failures
     which = jax.random.uniform(keys[6], (4, 1)) < 0.5
     lost = fails & jnp.concatenate([which, ~which], axis=1)
+    lost = lost | (jax.random.uniform(dead_key, (4, 1)) < dispersions.dead_faces)
+    gain = 1.0 + dispersions.detector_gain * jax.random.normal(gain_key, (4, 2))
     return eqx.tree_at(
         lambda v: (
             v.inertia,
@@ -83,5 +91,5 @@ def _vehicle(dispersions: Dispersions, key) -> SunPointingVehicle:
             v.detector_gain,
         ),
         nominal,
-        (J, inverse_3x3(J), torque, axes, mounting, bias, jnp.where(lost, 0.0, 1.0)),
+        (J, inverse_3x3(J), torque, axes, mounting, bias, jnp.where(lost, 0.0, gain)),
     )

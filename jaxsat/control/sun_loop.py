@@ -1,5 +1,6 @@
 """The closed loop of Sun pointing: sensor, estimate, law, thrusters and rigid body, a control period at a time."""
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -15,11 +16,12 @@ from jaxsat.dynamics import rigid_body_rates
 from jaxsat.math import angle_between, quaternion
 from jaxsat.math.runge_kutta import RK4, runge_kutta_step
 from jaxsat.sensors.sun_candidates import sun_candidates
+from jaxsat.sensors.sun_filter import SunFilter, blank_filter, corrected, predicted
 from jaxsat.sensors.sun_published import published_direction
 from jaxsat.sensors.sun_sensor import combine_detectors, face_currents, quantize
 from jaxsat.sensors.sun_tracker import SunTrack, blank_track, carried, followed
 
-Estimator = Literal["tracking", "published"]
+Estimator = Literal["tracking", "filter", "published"]
 
 
 @dataclass(frozen=True)
@@ -27,15 +29,20 @@ class LoopSettings:
     """What is fixed for all cases of a program."""
 
     estimator: Estimator = "tracking"
-    """`published`: Zhukov's reconstruction of each sample by itself; `tracking`: all candidates, followed."""
+    """`published`: Zhukov's reconstruction of each sample by itself; `tracking`: all candidates, followed; `filter`:
+    followed by Kalman filters, for readings that are not exact."""
     period_s: float = 1.0
     """Control period."""
     reading_step: float = 0.0
     """Of the sensor's converter, over the maximum current; 0 where readings are not quantised."""
     reading_noise: float = 0.0
     """1-sigma of one detector over the maximum current."""
+    detector_gain: float = 0.0
+    """1-sigma of the detectors' gains, relative, as the filter takes it."""
     gyro_noise_rad_s: float = 0.0
     """1-sigma of a rate."""
+    gyro_error_rad_s: float = 2e-4
+    """1-sigma of a rate as the filter takes it, bias included."""
 
     @property
     def noisy(self) -> bool:
@@ -53,6 +60,11 @@ class LoopSettings:
         return 4.0 * self.reading_noise + self.reading_step
 
     @property
+    def reading_sigma(self) -> float:
+        """1-sigma of a face's current over the maximum one, for the filter; exact readings count as good to 1e-4."""
+        return max(math.hypot(self.reading_noise, self.reading_step / math.sqrt(12.0)), 1e-4)
+
+    @property
     def gain(self) -> float:
         """Share of a reading in the direction that is followed."""
         return 0.3 if self.noisy else 1.0
@@ -66,7 +78,7 @@ class LoopState(eqx.Module):
     angular_velocity: Float[Array, "3"]
     """Body axes [rad/s]."""
     guidance: Guidance
-    track: SunTrack
+    track: SunTrack | SunFilter
     time: Float[Array, ""]
     """[s]"""
     impulse: Float[Array, ""]
@@ -98,10 +110,11 @@ class Sample(eqx.Module):
     """[N s]"""
 
 
-def first_state(q: Float[Array, "4"], w: Float[Array, "3"]) -> LoopState:
+def first_state(settings: LoopSettings, q: Float[Array, "4"], w: Float[Array, "3"]) -> LoopState:
     """At rest in everything but the motion."""
     zero = jnp.asarray(0.0)
-    return LoopState(q, w, first_guidance(), blank_track(), zero, zero, zero, jnp.zeros(4), zero)
+    track = blank_filter() if settings.estimator == "filter" else blank_track()
+    return LoopState(q, w, first_guidance(), track, zero, zero, zero, jnp.zeros(4), zero)
 
 
 def one_period(
@@ -140,11 +153,25 @@ def one_period(
         reading = published_direction(vehicle.sensor, currents, threshold=threshold)
         estimate, known, lit = reading.direction, reading.lit > 0, reading.lit
     else:
-        track = carried(track, mounting.T @ (rate * period))
-        tolerance = settings.tolerance * vehicle.sensor.max_current
-        found = sun_candidates(vehicle.sensor, currents, track.best(), threshold=threshold, tolerance=tolerance)
+        turn, full = mounting.T @ (rate * period), vehicle.sensor.max_current
+        # Which faces have lost both detectors is known.
+        alive = jnp.any(vehicle.detector_gain > 0.0, axis=1)
+        filtering = isinstance(track, SunFilter)
+        track = predicted(track, turn, settings.gyro_error_rad_s * period) if filtering else carried(track, turn)
+        found = sun_candidates(
+            vehicle.sensor,
+            currents,
+            track.best(),
+            alive=alive,
+            threshold=threshold,
+            tolerance=settings.tolerance * full,
+        )
         found, track = jax.lax.optimization_barrier((found, track))
-        track = followed(track, found, gain=settings.gain)
+        if filtering:
+            sigma = jnp.sqrt((settings.reading_sigma * full) ** 2 + (settings.detector_gain * currents) ** 2)
+            track = corrected(track, vehicle.sensor, currents, found, sigma=sigma, alive=alive, threshold=threshold)
+        else:
+            track = followed(track, found, gain=settings.gain)
         track = jax.lax.optimization_barrier(track)
         estimate, known, lit = track.best(), track.known(), found.lit
 

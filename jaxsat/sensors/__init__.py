@@ -9,6 +9,10 @@ from jaxsat.sensors.solar_panels import direct_currents as direct_currents
 from jaxsat.sensors.solar_panels import panel_currents as panel_currents
 from jaxsat.sensors.sun_candidates import Candidates as Candidates
 from jaxsat.sensors.sun_candidates import sun_candidates as sun_candidates
+from jaxsat.sensors.sun_filter import SunFilter as SunFilter
+from jaxsat.sensors.sun_filter import blank_filter as blank_filter
+from jaxsat.sensors.sun_filter import corrected as corrected
+from jaxsat.sensors.sun_filter import predicted as predicted
 from jaxsat.sensors.sun_published import SunReading as SunReading
 from jaxsat.sensors.sun_published import published_direction as published_direction
 from jaxsat.sensors.sun_published import two_current_limit as two_current_limit

@@ -44,15 +44,19 @@ def blank_track() -> SunTrack:
 
 def carried(track: SunTrack, turn: Float[Array, "3"]) -> SunTrack:
     """The track after the instrument has turned by the small vector `turn` [rad], in its own axes."""
+    return SunTrack(small_turn(track.direction, turn), track.mismatch)
+
+
+def small_turn(directions: Float[Array, "any 3"], turn: Float[Array, "3"]) -> Float[Array, "any 3"]:
+    """Directions seen from an instrument that has turned by the small vector `turn` [rad], in its own axes."""
     # By the quaternion (1, -turn / 2), but for its length: a rotation, by the turn less a twelfth of its cube.
     half = 0.5 * turn
     share = 2.0 / (1.0 + jnp.sum(half**2))
     moved = []
-    for k in range(CANDIDATES):
-        v = track.direction[k]
+    for v in directions:
         across = cross(half, v)
         moved.append(v + share * (cross(half, across) - across))
-    return SunTrack(jnp.stack(moved), track.mismatch)
+    return jnp.stack(moved)
 
 
 def followed(track: SunTrack, candidates: Candidates, *, gain: float | Float[Array, ""] = 1.0) -> SunTrack:

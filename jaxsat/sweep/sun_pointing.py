@@ -31,7 +31,12 @@ METRICS = {
     "worst_estimate_deg": Metric("deg", "largest error of the Sun's estimated direction while it was taken for known"),
 }
 OPTIONS = (
-    Option("estimator", "tracking", "tracking: every candidate followed by the gyro; published: Zhukov's algorithm"),
+    Option(
+        "estimator",
+        "tracking",
+        "tracking: every candidate followed by the gyro; filter: by Kalman filters, for readings that are not exact; "
+        "published: Zhukov's algorithm",
+    ),
     Option("time_s", "1500", "simulated time"),
     Option("period_s", "1", "control period"),
     Option("sun_angle_deg", "0", "at which the Sun is held from the sensor's axis, 0 to 20"),
@@ -43,6 +48,8 @@ OPTIONS = (
     Option("gyro_bias_deg_s", "0", "1-sigma of the gyro's bias about each axis"),
     Option("gyro_noise_deg_s", "0", "1-sigma of each of the gyro's readings"),
     Option("detector_failures", "0", "probability that a face has lost one of its two detectors"),
+    Option("dead_faces", "0", "probability that a face has lost both of its detectors"),
+    Option("detector_gain", "0", "1-sigma of each detector's gain, relative"),
     Option("reading_noise", "0", "1-sigma of each detector's readings, over the maximum current"),
     Option("reading_bits", "0", "of the converter of the sensor's readings; 0: none"),
 )
@@ -71,6 +78,7 @@ def _program(options: tuple[tuple[str, str], ...]):
         period_s=period,
         reading_step=2.0**-bits if bits > 0.0 else 0.0,
         reading_noise=number("reading_noise", low=0.0, high=0.1),
+        detector_gain=number("detector_gain", low=0.0, high=0.2),
         gyro_noise_rad_s=math.radians(number("gyro_noise_deg_s", low=0.0, high=1.0)),
     )
     dispersions = Dispersions(
@@ -81,6 +89,8 @@ def _program(options: tuple[tuple[str, str], ...]):
         mounting_deg=number("mounting_deg", low=0.0, high=20.0),
         gyro_bias_deg_s=number("gyro_bias_deg_s", low=0.0, high=1.0),
         detector_failures=number("detector_failures", low=0.0, high=1.0),
+        dead_faces=number("dead_faces", low=0.0, high=1.0),
+        detector_gain=settings.detector_gain,
     )
     law = SunPointingLaw(sun_angle=jnp.asarray(math.radians(number("sun_angle_deg", low=0.0, high=20.0))))
     periods = math.ceil(number("time_s", low=10.0, high=1e5) / period)
