@@ -83,9 +83,9 @@ def fit(
 ) -> int:
     """Fit attitude, and any of the satellite's parameters, to the currents of six solar panels.
 
-    Writes fit.json, attitude.csv, currents.csv, pictures, report.html and
-    provenance.json; with several files into a directory for each, and
-    summary.json for all.
+    Writes fit.json, attitude.csv, currents.csv, pictures, report.html,
+    scene.json and provenance.json; with several files into a directory for
+    each, and summary.json for all.
 
     Exit status: 0 converged, 1 bad input, 2 wrong usage,
     3 not converged or ambiguous.

@@ -24,9 +24,9 @@ def page_data(result: "FitResult", scene: Mapping[str, Any] | None, epoch_utc: s
     use = marks.used.astype(int) + marks.reduced + 3 * marks.left_out
     samples = {
         "t_s": np.round(r.t_s, 3),
-        "measured_mA": np.round(r.measured_mA, 2),
-        "modelled_mA": np.round(r.modelled_mA, 2),
-        "direct_mA": np.round(r.modelled_direct_mA, 2),
+        "measured_mA": np.round(r.measured_mA, 3),
+        "modelled_mA": np.round(r.modelled_mA, 3),
+        "direct_mA": np.round(r.modelled_direct_mA, 3),
         "use": use,
         "lit": lit.astype(int),
         "field_angle_deg": np.round(r.field_angle_deg, 3),

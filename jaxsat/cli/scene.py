@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 SCHEMA = "jaxsat.scene/1"
 TRACK, ELLIPSE, EDGES, LINES, SUNS = 513, 361, 4097, 97, 9
 """Instants along the arc and round the orbit; those that the shadow's edges, field lines and Sun are found at."""
-POINTS, SKIP = 120, 3
-"""Steps of each half of a field line, of which each third is kept."""
+POINTS, SKIP = 120, 2
+"""Steps of each half of a field line, of which every second is kept."""
 LONGEST_LINE_STEP_S = 120.0
 """Between field lines; the satellite goes 6 deg meanwhile. Longer arcs have none."""
 

@@ -1,4 +1,4 @@
-// The land as closed rings of longitude and latitude [deg], from Natural Earth's 1:110m (public domain).
+// The land as rings of longitude and latitude [deg], unbroken at the date line, from Natural Earth's 1:110m (public domain).
 import land from "world-atlas/land-110m.json";
 
 export function landRings() {
@@ -17,5 +17,14 @@ export function landRings() {
     else rings.push(...geometry.arcs.flatMap((polygon) => polygon.map(ring)));
   };
   walk(land.objects.land);
-  return rings;
+  return rings.map(unbroken);
+}
+
+// Longitudes run on past 180 deg instead of jumping back.
+function unbroken(ring) {
+  let before = ring[0][0];
+  return ring.map(([longitude, latitude]) => {
+    before = longitude + 360 * Math.round((before - longitude) / 360);
+    return [before, latitude];
+  });
 }

@@ -96,16 +96,24 @@ function drawMap(canvas, theme) {
   const y = (latitude) => ((90 - latitude) / 180) * HEIGHT;
   context.fillStyle = theme.colour("sea");
   context.fillRect(0, 0, WIDTH, HEIGHT);
-  context.beginPath();
+  const [ground, coast] = [new Path2D(), new Path2D()];
   for (const ring of landRings()) {
-    ring.forEach(([longitude, latitude], i) => context[i ? "lineTo" : "moveTo"](x(longitude), y(latitude)));
-    context.closePath();
+    for (const shift of [-WIDTH, 0, WIDTH]) {
+      const points = ring.map(([longitude, latitude]) => [x(longitude) + shift, y(latitude)]);
+      trace(coast, points);
+      // A ring that goes round the Earth holds its south pole.
+      if (Math.abs(ring.at(-1)[0] - ring[0][0]) > 180) {
+        points.push([points.at(-1)[0], HEIGHT], [points[0][0], HEIGHT]);
+      }
+      trace(ground, points);
+      ground.closePath();
+    }
   }
   context.fillStyle = theme.colour("land");
-  context.fill("evenodd");
+  context.fill(ground, "evenodd");
   context.strokeStyle = theme.colour("coast");
   context.lineWidth = 2;
-  context.stroke();
+  context.stroke(coast);
   context.strokeStyle = theme.colour("graticule");
   context.lineWidth = 1.2;
   context.beginPath();
@@ -118,4 +126,8 @@ function drawMap(canvas, theme) {
     context.lineTo(WIDTH, y(latitude));
   }
   context.stroke();
+}
+
+function trace(path, points) {
+  points.forEach(([x, y], i) => (i ? path.lineTo(x, y) : path.moveTo(x, y)));
 }

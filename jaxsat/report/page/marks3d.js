@@ -1,7 +1,6 @@
 // Lines that are more than a pixel wide, arrows, and letters, in any scene.
 import {
   CanvasTexture,
-  Color,
   ConeGeometry,
   CylinderGeometry,
   Group,
@@ -42,21 +41,19 @@ export class Line extends Line2 {
   }
 }
 
-// Of length one along a direction that is set, scaled as a whole.
+// From the origin along a direction that is set; its letters keep their size on the screen.
 export class Arrow extends Group {
-  constructor(colour, { shaft = 0.018, label = "" } = {}) {
+  constructor(label, { length, shaft, letters }) {
     super();
-    this.material = new MeshBasicMaterial({ color: new Color(colour), transparent: true });
+    this.material = new MeshBasicMaterial({ transparent: true });
     const rod = new Mesh(new CylinderGeometry(shaft, shaft, 0.82, 12), this.material);
     rod.position.y = 0.41;
     const head = new Mesh(new ConeGeometry(3 * shaft, 0.18, 20), this.material);
     head.position.y = 0.91;
-    this.add(rod, head);
-    if (label) {
-      this.letters = new Letters(label, colour);
-      this.letters.position.y = 1.12;
-      this.add(this.letters);
-    }
+    this.letters = new Letters(label, letters / length);
+    this.letters.position.y = 1.14;
+    this.add(rod, head, this.letters);
+    this.scale.setScalar(length);
   }
 
   along(direction) {
@@ -66,16 +63,15 @@ export class Arrow extends Group {
 
   paint(colour) {
     this.material.color.set(colour);
-    this.letters?.paint(colour);
+    this.letters.paint(colour);
   }
 }
 
 export class Letters extends Sprite {
-  constructor(text, colour, size = 0.2) {
-    super(new SpriteMaterial({ transparent: true, depthTest: false }));
+  constructor(text, height) {
+    super(new SpriteMaterial({ transparent: true, depthTest: false, sizeAttenuation: false }));
     this.text = text;
-    this.paint(colour);
-    this.size = size;
+    this.height = height;
     this.renderOrder = 10;
   }
 
@@ -94,10 +90,6 @@ export class Letters extends Sprite {
     this.material.map?.dispose();
     this.material.map = new CanvasTexture(canvas);
     this.material.map.colorSpace = SRGBColorSpace;
-    this.aspect = canvas.width / canvas.height;
-  }
-
-  set size(height) {
-    this.scale.set(height * this.aspect, height, 1);
+    this.scale.set((this.height * canvas.width) / canvas.height, this.height, 1);
   }
 }

@@ -16,7 +16,7 @@ export class Readouts {
     }
     this.caption = el("caption");
     this.rows = page.panels.map((panel) => this.row(panel));
-    const heads = ["face", "measured, mA", "modelled", "residual", ""].map((text, k) =>
+    const heads = ["face", "measured", "modelled", "residual", ""].map((text, k) =>
       el("th", { scope: "col", class: k && k < 4 ? "number" : "" }, text),
     );
     const table = el(
@@ -55,7 +55,7 @@ export class Readouts {
       rate: `${fixed(motion.rate(t), 3)} deg/s`,
     };
     for (const [name, text] of Object.entries(texts)) this.cells[name].textContent = text;
-    this.caption.textContent = `Currents of the sample at t = ${fixed(samples.t_s[sample], 0)} s`;
+    this.caption.textContent = `Currents, mA, of the sample at t = ${fixed(samples.t_s[sample], 0)} s`;
     this.rows.forEach(({ cells, note }, k) => {
       const values = [samples.measured_mA, samples.modelled_mA, page.residual_mA].map((rows) => rows[sample][k]);
       const texts = [fixed(values[0], 1), fixed(values[1], 1), signed(values[2], 1)];

@@ -29,7 +29,7 @@ export function transport(page, clock) {
     const dark = page.shadow_s.some(([begin, end]) => clock.t >= begin && clock.t <= end);
     const text = clockText(page, clock.t);
     slider.setAttribute("aria-valuetext", `${text}${dark ? ", in the Earth's shadow" : ""}`);
-    now.textContent = text;
+    now.replaceChildren(...text.split(", ").map((part) => el("span", {}, part)));
   });
   return el(
     "div",

@@ -18,6 +18,8 @@ import { Arrow, Line } from "./marks3d.js";
 import { Satellite } from "./satellite.js";
 
 const SATELLITE_SIZE = 0.1;
+// Bright enough in the shade that the colours of the faces are told apart.
+const [AMBIENT, SUNLIGHT] = [2.2, 1.9];
 const TURN_STEP = 0.12;
 const ZOOM_STEP = 1.2;
 const HALF_VIEW = Math.tan((17.5 * Math.PI) / 180);
@@ -54,46 +56,48 @@ export class Views {
     this.earth = new Earth(theme);
     const orbit = motion.scene.orbit;
     const points = orbit.position_km.map(unit);
-    this.arcs = stretches(orbit.lit).map(({ begin, end, lit }) => {
-      const line = new Line(points.slice(begin, end + 1).flat(), { width: lit ? 2 : 4.5 });
+    // What was observed is drawn wider than the rest of the revolution.
+    const { begin_s, end_s } = motion.scene;
+    const last = ((end_s - begin_s) / orbit.period_s) * (points.length - 1);
+    this.arcs = stretches(orbit.lit.map((lit, i) => `${lit}${Number(i < last)}`)).map(({ begin, end, kind }) => {
+      const [lit, seen] = [...kind].map(Number);
+      const line = new Line(points.slice(begin, end + 1).flat(), { width: (lit ? 1.3 : 3) + (seen ? 1.5 : 0) });
       line.lit = lit;
       return line;
     });
-    const { begin_s, end_s } = motion.scene;
-    const share = Math.min((end_s - begin_s) / orbit.period_s, 1);
-    this.observed = new Line(points.slice(0, Math.max(2, Math.round(share * points.length))).flat(), { width: 4, opacity: 0.35 });
     this.fieldLine = motion.scene.field_lines_km && new Line(null, { width: 2 });
     this.small = new Satellite(page.panels);
     this.small.scale.setScalar(SATELLITE_SIZE);
-    this.farArrows = arrows({ sun: "Sun", field: "B", x: "x" }, 0.03);
-    for (const [name, arrow] of Object.entries(this.farArrows)) arrow.scale.setScalar(name === "x" ? 0.3 : 0.42);
-    this.farLight = new DirectionalLight(0xffffff, 2.2);
-    scene.add(this.earth, ...this.arcs, this.observed, this.small, ...Object.values(this.farArrows));
+    const shape = { length: 0.44, shaft: 0.024, letters: 0.034 };
+    this.farArrows = arrows({ sun: "Sun", field: "B", x: "x" }, shape);
+    this.farArrows.x.scale.multiplyScalar(0.75);
+    this.farLight = new DirectionalLight(0xffffff, SUNLIGHT);
+    scene.add(this.earth, ...this.arcs, this.small, ...Object.values(this.farArrows));
     if (this.fieldLine) scene.add(this.fieldLine);
-    scene.add(new AmbientLight(0xffffff, 1.6), this.farLight, this.farLight.target);
+    scene.add(new AmbientLight(0xffffff, AMBIENT), this.farLight, this.farLight.target);
 
     const reach = Math.max(...points.map((p) => Math.hypot(...p)));
     const middle = motion.position((this.clock.begin + this.clock.end) / 2).normalize();
     const normal = motion.position(this.clock.begin).cross(motion.velocity(this.clock.begin)).normalize();
     const from = normal.addScaledVector(middle, 0.55).add(new Vector3(0, 0, 0.35)).normalize();
-    return this.view(scene, "Earth and orbit", from, 2.9 * Math.max(reach, 1.15), [1.3, 60]);
+    return this.view(scene, "Earth and orbit", from, 3.5 * Math.max(reach, 1.15), [1.3, 60]);
   }
 
   closeUp(page) {
     const scene = new Scene();
     this.large = new Satellite(page.panels, { lettered: true });
-    this.nearArrows = arrows({ sun: "Sun", field: "B", nadir: "nadir" }, 0.022);
-    for (const arrow of Object.values(this.nearArrows)) arrow.scale.setScalar(1.45);
+    const shape = { length: 1.35, shaft: 0.018, letters: 0.034 };
+    this.nearArrows = arrows({ sun: "Sun", field: "B", nadir: "nadir" }, shape);
     this.axes = ["x", "y", "z"].map((name, k) => {
       const line = new Line([0, 0, 0, ...[0, 1, 2].map((j) => (j === k ? 0.95 : 0))], { width: 2.5 });
       line.paint(page.panels[2 * k].colour);
       return line;
     });
     this.body = new Group().add(this.large, ...this.axes);
-    this.nearLight = new DirectionalLight(0xffffff, 2.4);
+    this.nearLight = new DirectionalLight(0xffffff, SUNLIGHT);
     this.root = new Group().add(this.body, ...Object.values(this.nearArrows), this.nearLight, this.nearLight.target);
-    scene.add(this.root, new AmbientLight(0xffffff, 1.5));
-    const view = this.view(scene, "Satellite", new Vector3(1.1, 0.7, 0.6).normalize(), 4.6, [1.8, 20]);
+    scene.add(this.root, new AmbientLight(0xffffff, AMBIENT));
+    const view = this.view(scene, "Satellite", new Vector3(1.1, 0.7, 0.6).normalize(), 5.4, [1.8, 20]);
     const frames = { inertial: "inertial axes", orbit: "orbit's axes", body: "body axes" };
     this.frame = el(
       "select",
@@ -176,7 +180,6 @@ export class Views {
   paint(theme) {
     const dark = theme.colour("shadow-arc");
     for (const arc of this.arcs) arc.paint(arc.lit ? theme.colour("orbit") : dark);
-    this.observed.paint(theme.colour("orbit"));
     this.fieldLine?.paint(theme.colour("field"));
     for (const group of [this.farArrows, this.nearArrows])
       for (const [name, arrow] of Object.entries(group)) arrow.paint(theme.colour(name === "x" ? "x-axis" : name));
@@ -262,19 +265,17 @@ export class Views {
   }
 }
 
-function arrows(names, shaft) {
-  return Object.fromEntries(
-    Object.entries(names).map(([name, label]) => [name, new Arrow("#888888", { shaft, label })]),
-  );
+function arrows(names, shape) {
+  return Object.fromEntries(Object.entries(names).map(([name, label]) => [name, new Arrow(label, shape)]));
 }
 
-// Runs of equal light; each ends on the first point of the next, so that none is cut off.
-function stretches(lit) {
+// Runs of one kind; each ends on the first point of the next, so that none is cut off.
+function stretches(kinds) {
   const found = [];
   let begin = 0;
-  for (let i = 1; i <= lit.length; i++) {
-    if (i < lit.length && lit[i] === lit[begin]) continue;
-    found.push({ begin, end: Math.min(i, lit.length - 1), lit: Boolean(lit[begin]) });
+  for (let i = 1; i <= kinds.length; i++) {
+    if (i < kinds.length && kinds[i] === kinds[begin]) continue;
+    found.push({ begin, end: Math.min(i, kinds.length - 1), kind: kinds[begin] });
     begin = i;
   }
   return found.filter(({ begin, end }) => end > begin);
