@@ -95,13 +95,14 @@ def write_fit(
     provenance = provenance_document(result, prepared, config, warnings, limb)
     found = {"diagnostics": diagnostics, "profiles": profiles, "provenance": provenance, "scene": scene}
     (directory / "report.html").write_text(fit_page(result, pictures, **found), encoding="utf-8")
-    write_json(directory / "scene.json", scene)
+    if scene is not None:
+        write_json(directory / "scene.json", scene)
     write_json(directory / "provenance.json", provenance)
     write_json(directory / "fit.json", document)
     return result, warnings
 
 
-def draw_fit(result: "FitResult", subtitle: str, scene: Mapping[str, Any]) -> dict[str, bytes]:
+def draw_fit(result: "FitResult", subtitle: str, scene: Mapping[str, Any] | None) -> dict[str, bytes]:
     """Returns the pictures of a fit as PNG by file name."""
     from jaxsat.plotting import draw_currents, draw_field_angle, draw_orbit, draw_parameters, png_bytes
 
@@ -129,7 +130,7 @@ def draw_fit(result: "FitResult", subtitle: str, scene: Mapping[str, Any]) -> di
     figures = {
         "currents.png": currents,
         "field_angle.png": field_angle,
-        "orbit.png": draw_orbit(scene, subtitle=subtitle),
+        **({} if scene is None else {"orbit.png": draw_orbit(scene, subtitle=subtitle)}),
         "parameters.png": parameters,
     }
     return {name: png_bytes(figure) for name, figure in figures.items()}

@@ -39,6 +39,6 @@ def page_data(result: "FitResult", scene: Mapping[str, Any] | None, epoch_utc: s
         "epoch_utc": epoch_utc,
         "panels": [{"name": name.upper(), "colour": colour} for name, colour in PANEL_COLOURS.items()],
         "samples": samples,
-        "scene": scene if scene is None else dict(scene),
     }
-    return plain(document)[0]
+    # The scene is plain already.
+    return {**plain(document)[0], "scene": scene}

@@ -133,13 +133,19 @@ def dark_spans(t_s: np.ndarray, lit: np.ndarray) -> list[tuple[float, float]]:
     return [(float(t_s[a]), float(t_s[min(b, last)])) for a, b in zip(change[::2], change[1::2], strict=True)]
 
 
-def scene_document(result: "FitResult", sky: Sky) -> dict[str, Any]:
-    """Returns the content of scene.json, rounded to what a picture shows; units are those of the names."""
-    t_nodes, q_nodes = attitude_between(
-        result.t_s, result.quaternion_inertial_from_body, result.angular_velocity_rad_s
-    )
+def scene_document(result: "FitResult", sky: Sky) -> dict[str, Any] | None:
+    """Returns the content of scene.json, rounded to what a picture shows; units are those of the names.
+
+    None where there is no motion: fewer than two samples have a finite attitude.
+    """
+    q, rate = result.quaternion_inertial_from_body, result.angular_velocity_rad_s
+    known = np.isfinite(q).all(axis=1) & np.isfinite(rate).all(axis=1)
+    if known.sum() < 2:
+        return None
+    t_nodes, q_nodes = attitude_between(result.t_s[known], q[known], rate[known])
     begin, end = sky.t_s
-    lines = None if sky.lines_m is None else _flat(sky.lines_m / 1e3, 0)
+    # One list a line: x, y, z of its points one after the other.
+    lines = None if sky.lines_m is None else np.rint(sky.lines_m / 1e3).astype(int).reshape(LINES, -1).tolist()
     return {
         "schema": SCHEMA,
         "begin_s": begin,
@@ -167,9 +173,3 @@ def scene_document(result: "FitResult", sky: Sky) -> dict[str, Any]:
             "quaternion_inertial_from_body": np.round(q_nodes, 5).tolist(),
         },
     }
-
-
-def _flat(lines: np.ndarray, digits: int) -> list[list[float]]:
-    """One list a line: x, y, z of its points one after the other."""
-    rounded = np.round(lines, digits).reshape(len(lines), -1)
-    return (rounded.astype(int) if digits == 0 else rounded).tolist()

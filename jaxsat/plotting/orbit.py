@@ -15,8 +15,8 @@ from jaxsat.plotting.style import FAINT, INK, PANEL_COLOURS, new_figure
 DAY, NIGHT, LINES = np.array([0.83, 0.90, 0.95]), np.array([0.42, 0.48, 0.56]), "#9db2c4"
 ORBIT, SHADOW_ARC, SUN, FIELD, X_AXIS = "#14497a", "#3a3f4a", "#d97706", "#c2255c", "#2e8b3d"
 EQUATOR, GREENWICH = "#0f766e", "#6d28d9"
-INSTANTS, PIXELS = 4, 260
-"""Cubes beside the orbit, and the Earth's picture from edge to edge."""
+INSTANTS, ARROWS, PIXELS = 4, 19, 260
+"""Cubes beside the orbit, arrows along it, and the Earth's picture from edge to edge."""
 TWILIGHT = 0.05
 
 Frame = np.ndarray
@@ -42,12 +42,12 @@ def draw_orbit(scene: Mapping[str, Any], *, title: str = "Orbit and attitude", s
     _draw_along(axes, frame, scene, position, track["field_uT"])
     reach = 1.45 * np.linalg.norm(ellipse, axis=1).max()
     towards = (frame @ sun)[:2]
-    _arrow(axes, 1.03 * towards, 0.3 * towards, SUN, "Sun")
+    _arrow(axes, 0.55 * reach * towards / np.hypot(*towards), 0.4 * towards, SUN, "Sun")
     axes.set_xlim(-reach, reach)
     axes.set_ylim(-reach * 0.83 * 6.2 / (0.55 * 11.0), reach * 0.83 * 6.2 / (0.55 * 11.0))
     _name_lines(figure)
     for k, t in enumerate(np.linspace(*np.asarray(scene["attitude"]["t_s"])[[0, -1]], INSTANTS)):
-        place = (0.575 + 0.21 * (k % 2), 0.46 - 0.43 * (k // 2), 0.205, 0.40)
+        place = (0.575 + 0.21 * (k % 2), 0.46 - 0.44 * (k // 2), 0.205, 0.38)
         _draw_cube(figure.add_axes(place), frame, scene, position, track["field_uT"], sun, float(t))
     return figure
 
@@ -124,17 +124,22 @@ def _draw_ellipse(axes: Axes, frame: Frame, ellipse: np.ndarray, lit: np.ndarray
 
 def _draw_along(axes: Axes, frame: Frame, scene: Mapping[str, Any], position: np.ndarray, field: np.ndarray) -> None:
     begin, end = scene["attitude"]["t_s"][0], scene["attitude"]["t_s"][-1]
-    for t in np.linspace(begin, end, 19):
-        place = frame @ _row(scene, position, t)
-        if place[2] < 0.0 and np.hypot(*place[:2]) < 1.0:
-            continue
-        direction = _row(scene, field, t)
-        _arrow(axes, place[:2], 0.26 * (frame @ direction / np.linalg.norm(direction))[:2], FIELD)
-        _arrow(axes, place[:2], 0.2 * (frame @ _body(scene, t)[:, 0])[:2], X_AXIS)
+    times = np.linspace(begin, end, ARROWS)
+    places = np.stack([_row(scene, position, t) for t in times]) @ frame.T
+    shown = (places[:, 2] > 0.0) | (np.hypot(places[:, 0], places[:, 1]) > 1.0)
+    fields = np.stack([_row(scene, field, t) for t in times]) @ frame.T
+    fields *= 0.26 / np.linalg.norm(fields, axis=1, keepdims=True)
+    x_axes = 0.2 * np.stack([_body(scene, t)[:, 0] for t in times]) @ frame.T
+    style = {"angles": "xy", "scale_units": "xy", "scale": 1.0, "width": 0.003, "headwidth": 5, "headlength": 6}
+    for arrows, colour in ((fields, FIELD), (x_axes, X_AXIS)):
+        axes.quiver(*places[shown, :2].T, *arrows[shown, :2].T, color=colour, zorder=6, headaxislength=6, **style)
     for number, t in enumerate(np.linspace(begin, end, INSTANTS), 1):
         place = frame @ _row(scene, position, t)
-        outward = 1.0 + 0.14 / np.hypot(*place[:2])
-        axes.text(*(outward * place[:2]), str(number), fontsize=9, fontweight="bold", color=INK, ha="center", va="center")
+        # On the orbit's inner side, where no arrow points to for long.
+        inward = 1.0 - 0.12 / np.hypot(*place[:2])
+        box = {"boxstyle": "circle,pad=0.15", "facecolor": "white", "edgecolor": INK, "linewidth": 0.7, "alpha": 0.9}
+        style = {"fontsize": 8, "color": INK, "ha": "center", "va": "center", "zorder": 7}
+        axes.text(*(inward * place[:2]), str(number), bbox=box, **style)
 
 
 def _arrow(axes: Axes, origin: np.ndarray, along: np.ndarray, colour: str, label: str = "") -> None:
@@ -162,7 +167,7 @@ def _draw_cube(
     for name, (vector, colour) in ahead.items():
         direction = frame @ (vector / np.linalg.norm(vector))
         # What points away from the eye goes behind the cube.
-        _arrow(axes, np.zeros(2), 1.75 * direction[:2], colour, name)
+        _arrow(axes, np.zeros(2), 1.6 * direction[:2], colour, name)
         axes.texts[-2].set_zorder(7 if direction[2] > 0.0 else 2)
         axes.texts[-2].set_alpha(0.4 if name == "Sun" and dark else 1.0)
     square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
@@ -176,9 +181,9 @@ def _draw_cube(
         if normal[2] > 0.25:
             axes.text(*(0.55 * normal[:2]), name, color="white", fontsize=8, ha="center", va="center", zorder=5)
     number = 1 + round((INSTANTS - 1) * (t - scene["attitude"]["t_s"][0]) / _span(scene))
-    axes.set_title(f"{number}: t = {t:.0f} s{', in shadow' if dark else ''}", fontsize=9, color=INK, y=0.95)
+    axes.set_title(f"{number}: t = {t:.0f} s{', in shadow' if dark else ''}", fontsize=9, color=INK, y=1.0)
     axes.set_xlim(-2.3, 2.3)
-    axes.set_ylim(-2.3, 2.3)
+    axes.set_ylim(-2.2, 2.2)
 
 
 def _span(scene: Mapping[str, Any]) -> float:
