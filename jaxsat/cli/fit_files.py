@@ -63,7 +63,8 @@ def write_fit(
 ) -> tuple["FitResult", list[str]]:
     """Writes the files of one fit; returns the result with its total time since `began` (perf_counter) and warnings.
 
-    `sky` is what the motion happens in; `limb` are the limb angles that were fitted too; `remarks` are warnings that are there already.
+    `sky` is what the motion happens in; `limb` are the limb angles that were fitted too; `remarks` are warnings that
+    are there already.
     """
     from fitting.diagnostics import diagnose
     from jaxsat.cli.inputs import fit_settings

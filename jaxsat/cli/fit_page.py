@@ -29,8 +29,8 @@ LIVE = {
     "motion": (
         "Motion",
         "orbit.png",
-        "The Earth with day and night, the orbit with its arc in shadow, the satellite's x axis and the field along it; "
-        "the satellite at four instants",
+        "The Earth with day and night, the orbit with its arc in shadow, body x and the field along it; the satellite "
+        "at four instants",
     ),
     "currents": (
         "Panel currents",

@@ -41,7 +41,9 @@ def read_run(directory: Path) -> Run:
     """Returns the run; raises `InputError` for a directory that is none, or a file of it that is not as written."""
     if not (directory / "fit.json").exists():
         several = (directory / "summary.json").exists()
-        hint = "holds several runs; name one of its directories" if several else "no fit.json; expected results of a fit"
+        hint = (
+            "holds several runs; name one of its directories" if several else "no fit.json; expected results of a fit"
+        )
         raise InputError(hint, file=directory)
     fit, provenance = _document(directory / "fit.json"), _document(directory / "provenance.json")
     scene = directory / "scene.json"

@@ -32,24 +32,35 @@ def draw_orbit(scene: Mapping[str, Any], *, title: str = "Orbit and attitude", s
     sun = np.asarray(scene["sun_eci"], float)[len(scene["sun_eci"]) // 2]
     frame = _looking(position, track["velocity_km_s"])
 
-    axes = figure.add_axes((0.01, 0.03, 0.55, 0.83))
-    axes.set_aspect("equal")
-    axes.axis("off")
-    greenwich = _greenwich(scene, 0.5 * (scene["begin_s"] + scene["end_s"]))
-    _draw_earth(axes, frame, sun, greenwich)
     ellipse = np.asarray(scene["orbit"]["position_km"], float) / radius
+    # One pair of axes in Earth radii for all: each further one costs as much as what is drawn on it.
+    high = 2.9 * np.linalg.norm(ellipse, axis=1).max()
+    wide = high * 11.0 / 6.2
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.axis("off")
+    axes.set_xlim(-0.29 * wide, 0.71 * wide)
+    axes.set_ylim(-0.46 * high, 0.54 * high)
+    _draw_earth(axes, frame, sun, _greenwich(scene, 0.5 * (scene["begin_s"] + scene["end_s"])))
+    axes.set_aspect("equal")
     _draw_ellipse(axes, frame, ellipse, np.asarray(scene["orbit"]["lit"], bool))
     _draw_along(axes, frame, scene, position, track["field_uT"])
-    reach = 1.45 * np.linalg.norm(ellipse, axis=1).max()
     towards = (frame @ sun)[:2]
-    _arrow(axes, 0.55 * reach * towards / np.hypot(*towards), 0.4 * towards, SUN, "Sun")
-    axes.set_xlim(-reach, reach)
-    axes.set_ylim(-reach * 0.83 * 6.2 / (0.55 * 11.0), reach * 0.83 * 6.2 / (0.55 * 11.0))
+    start = 0.275 * high * towards / np.hypot(*towards)
+    _arrows(axes, start[None], 0.4 * towards[None], SUN)
+    _write(axes, start + 0.52 * towards, "Sun", color=SUN, fontweight="bold")
     _name_lines(figure)
-    for k, t in enumerate(np.linspace(*np.asarray(scene["attitude"]["t_s"])[[0, -1]], INSTANTS)):
-        place = (0.575 + 0.21 * (k % 2), 0.46 - 0.44 * (k // 2), 0.205, 0.38)
-        _draw_cube(figure.add_axes(place), frame, scene, position, track["field_uT"], sun, float(t))
+    for k, t in enumerate(np.linspace(scene["attitude"]["t_s"][0], scene["attitude"]["t_s"][-1], INSTANTS)):
+        place = np.array([wide * (0.39 + 0.205 * (k % 2)), high * (0.19 - 0.45 * (k // 2))])
+        _draw_cube(axes, place, 0.055 * high, frame, scene, position, track["field_uT"], sun, float(t))
+        dark = any(begin <= t <= end for begin, end in scene["shadow_s"])
+        name = f"{k + 1}: t = {t:.0f} s{', in shadow' if dark else ''}"
+        _write(axes, place + [0.0, 0.21 * high], name)
     return figure
+
+
+def _write(axes: Axes, place: np.ndarray, text: str, **style: Any) -> None:
+    look = {"fontsize": 9, "color": INK, "ha": "center", "va": "center", **style}
+    axes.text(float(place[0]), float(place[1]), text, **look)
 
 
 def _looking(position: np.ndarray, velocity: np.ndarray) -> Frame:
@@ -130,27 +141,26 @@ def _draw_along(axes: Axes, frame: Frame, scene: Mapping[str, Any], position: np
     fields = np.stack([_row(scene, field, t) for t in times]) @ frame.T
     fields *= 0.26 / np.linalg.norm(fields, axis=1, keepdims=True)
     x_axes = 0.2 * np.stack([_body(scene, t)[:, 0] for t in times]) @ frame.T
-    style = {"angles": "xy", "scale_units": "xy", "scale": 1.0, "width": 0.003, "headwidth": 5, "headlength": 6}
     for arrows, colour in ((fields, FIELD), (x_axes, X_AXIS)):
-        axes.quiver(*places[shown, :2].T, *arrows[shown, :2].T, color=colour, zorder=6, headaxislength=6, **style)
+        _arrows(axes, places[shown, :2], arrows[shown, :2], colour)
     for number, t in enumerate(np.linspace(begin, end, INSTANTS), 1):
         place = frame @ _row(scene, position, t)
         # On the orbit's inner side, where no arrow points to for long.
         inward = 1.0 - 0.12 / np.hypot(*place[:2])
         box = {"boxstyle": "circle,pad=0.15", "facecolor": "white", "edgecolor": INK, "linewidth": 0.7, "alpha": 0.9}
-        style = {"fontsize": 8, "color": INK, "ha": "center", "va": "center", "zorder": 7}
-        axes.text(*(inward * place[:2]), str(number), bbox=box, **style)
+        _write(axes, inward * place, str(number), bbox=box, fontsize=8, zorder=7)
 
 
-def _arrow(axes: Axes, origin: np.ndarray, along: np.ndarray, colour: str, label: str = "") -> None:
-    style = {"arrowstyle": "-|>", "color": colour, "linewidth": 1.2, "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 8}
-    axes.annotate("", origin + along, origin, arrowprops=style, zorder=6)
-    if label:
-        axes.text(*(origin + 1.25 * along), label, color=colour, fontsize=9, fontweight="bold", ha="center", va="center")
+def _arrows(axes: Axes, origin: np.ndarray, along: np.ndarray, colour: str, **style: Any) -> None:
+    """Arrows [n 2] in the units of the axes."""
+    shape = {"width": 0.0014, "headwidth": 6, "headlength": 7, "headaxislength": 7, "zorder": 6, **style}
+    axes.quiver(*origin.T, *along.T, color=colour, angles="xy", scale_units="xy", scale=1.0, **shape)
 
 
 def _draw_cube(
     axes: Axes,
+    place: np.ndarray,
+    half: float,
     frame: Frame,
     scene: Mapping[str, Any],
     position: np.ndarray,
@@ -158,36 +168,29 @@ def _draw_cube(
     sun: np.ndarray,
     t: float,
 ) -> None:
-    """The satellite at one instant with Sun, field and nadir, in the projection of the orbit."""
-    axes.set_aspect("equal")
-    axes.axis("off")
+    """The satellite at one instant, `half` half an edge, with Sun, field and nadir, in the projection of the orbit."""
     body = frame @ _body(scene, t)
     dark = any(begin <= t <= end for begin, end in scene["shadow_s"])
     ahead = {"Sun": (sun, SUN), "B": (_row(scene, field, t), FIELD), "nadir": (-_row(scene, position, t), FAINT)}
     for name, (vector, colour) in ahead.items():
         direction = frame @ (vector / np.linalg.norm(vector))
+        along, alpha = direction[:2], 0.45 if name == "Sun" and dark else 1.0
         # What points away from the eye goes behind the cube.
-        _arrow(axes, np.zeros(2), 1.6 * direction[:2], colour, name)
-        axes.texts[-2].set_zorder(7 if direction[2] > 0.0 else 2)
-        axes.texts[-2].set_alpha(0.4 if name == "Sun" and dark else 1.0)
+        level = 7 if direction[2] > 0.0 else 2
+        _arrows(axes, place[None], 2.7 * half * along[None], colour, zorder=level, alpha=alpha)
+        outward = along / max(float(np.hypot(*along)), 1e-9)
+        end = place + half * (2.7 * along + 0.45 * outward)
+        _write(axes, end, name, color=colour, alpha=alpha, fontweight="bold")
     square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
     for k, (name, colour) in enumerate(PANEL_COLOURS.items()):
         axis, sign = k // 2, 1.0 - 2.0 * (k % 2)
         normal = sign * body[:, axis]
         if normal[2] <= 0.0:
             continue
-        corners = np.insert(square, axis, sign, axis=1) * 0.55 @ body.T
-        axes.add_patch(Polygon(corners[:, :2], facecolor=colour, edgecolor=INK, linewidth=0.8, zorder=4))
+        corners = place + half * (np.insert(square, axis, sign, axis=1) @ body.T)[:, :2]
+        axes.add_patch(Polygon(corners, facecolor=colour, edgecolor=INK, linewidth=0.8, zorder=4))
         if normal[2] > 0.25:
-            axes.text(*(0.55 * normal[:2]), name, color="white", fontsize=8, ha="center", va="center", zorder=5)
-    number = 1 + round((INSTANTS - 1) * (t - scene["attitude"]["t_s"][0]) / _span(scene))
-    axes.set_title(f"{number}: t = {t:.0f} s{', in shadow' if dark else ''}", fontsize=9, color=INK, y=1.0)
-    axes.set_xlim(-2.3, 2.3)
-    axes.set_ylim(-2.2, 2.2)
-
-
-def _span(scene: Mapping[str, Any]) -> float:
-    return scene["attitude"]["t_s"][-1] - scene["attitude"]["t_s"][0] or 1.0
+            _write(axes, place + half * normal[:2], name, color="white", fontsize=7, zorder=5)
 
 
 def _name_lines(figure: Figure) -> None:

@@ -167,4 +167,3 @@ def _table(table: Table) -> str:
         f'<div class="scroll"><table>\n<thead><tr>{cells("th", table.columns)}</tr></thead>\n'
         f"<tbody>\n{rows}\n</tbody>\n</table></div>{note}"
     )
-

@@ -68,13 +68,19 @@ def spoil_json(path: Path, **changes) -> None:
         (lambda d: shutil.rmtree(d), "no fit.json; expected results of a fit"),
         (lambda d: (d / "fit.json").rename(d / "summary.json"), "holds several runs"),
         (lambda d: (d / "fit.json").write_text("{"), "fit.json: is no JSON"),
-        (lambda d: (d / "fit.json").write_text("[]"), "fit.json: schema: expected jaxsat.fit/1, got None"),
-        (lambda d: spoil_json(d / "scene.json", schema="jaxsat.scene/9"), "expected jaxsat.scene/1, got jaxsat.scene/9"),
+        (lambda d: (d / "fit.json").write_text("[]"), "schema: expected jaxsat.fit/1, got None"),
+        (
+            lambda d: spoil_json(d / "scene.json", schema="jaxsat.scene/9"),
+            "expected jaxsat.scene/1, got jaxsat.scene/9",
+        ),
         (lambda d: spoil_json(d / "fit.json", diagnostics="gone"), "KeyError: 'diagnostics'"),
         (lambda d: spoil_json(d / "provenance.json", orbit="gone"), "KeyError: 'orbit'"),
         (lambda d: (d / "provenance.json").unlink(), "provenance.json: no such file"),
         (lambda d: (d / "currents.csv").write_text("t_s,utc\n"), "currents.csv:1: expected the columns"),
-        (lambda d: replace(d / "attitude.csv", "2001-01-18T04:54:15.000,", "2001-01-18T04:54:15.000,x"), "q_w: expected a"),
+        (
+            lambda d: replace(d / "attitude.csv", "2001-01-18T04:54:15.000,", "2001-01-18T04:54:15.000,x"),
+            "q_w: expected a",
+        ),
         (lambda d: replace(d / "attitude.csv", "\n64,", "\n64,,"), "attitude.csv:3: 17 fields; expected 16"),
     ],
 )

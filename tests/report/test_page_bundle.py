@@ -17,7 +17,9 @@ def test_bundle_is_as_new_as_its_sources():
     for name in names:
         digest.update(f"{name}\n{(folder / name).read_text('utf-8')}".encode())
     again = f"(in {folder}: npm ci --ignore-scripts && npm run build)"
-    assert BUNDLE.startswith(f"/* sources sha256 {digest.hexdigest()}\n"), f"page.bundle.js is not that of page/ {again}"
+    assert BUNDLE.startswith(f"/* sources sha256 {digest.hexdigest()}\n"), (
+        f"page.bundle.js is not that of page/ {again}"
+    )
 
 
 def test_bundle_is_small_inert_and_licensed():
