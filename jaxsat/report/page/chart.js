@@ -2,7 +2,7 @@
 import { el, svg } from "./dom.js";
 import { fixed } from "./text.js";
 
-const [LEFT, RIGHT, TOP, BOTTOM, GAP] = [46, 10, 6, 34, 10];
+const [LEFT, RIGHT, TOP, BOTTOM, GAP] = [46, 10, 6, 34, 14];
 
 export class Chart {
   // strips: [{ height, low, high, ticks, label, draw(paint) }]; more(t) are the points on the cursor.

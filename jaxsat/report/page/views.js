@@ -80,7 +80,7 @@ export class Views {
     const middle = motion.position((this.clock.begin + this.clock.end) / 2).normalize();
     const normal = motion.position(this.clock.begin).cross(motion.velocity(this.clock.begin)).normalize();
     const from = normal.addScaledVector(middle, 0.55).add(new Vector3(0, 0, 0.35)).normalize();
-    return this.view(scene, "Earth and orbit", from, 3.5 * Math.max(reach, 1.15), [1.3, 60]);
+    return this.view(scene, "Earth and orbit", from, 3.8 * Math.max(reach, 1.15), [1.3, 60]);
   }
 
   closeUp(page) {
