@@ -83,9 +83,9 @@ def fit(
 ) -> int:
     """Fit attitude, and any of the satellite's parameters, to the currents of six solar panels.
 
-    Writes fit.json, attitude.csv, currents.csv, pictures, report.html and
-    provenance.json; with several files into a directory for each, and
-    summary.json for all.
+    Writes fit.json, attitude.csv, currents.csv, pictures, report.html,
+    scene.json and provenance.json; with several files into a directory for
+    each, and summary.json for all.
 
     Exit status: 0 converged, 1 bad input, 2 wrong usage,
     3 not converged or ambiguous.
@@ -191,6 +191,7 @@ def fit_one(
     from jaxsat.cli.limb import LimbInput
     from jaxsat.cli.profiles import Profiler
     from jaxsat.cli.progress import StageProgress
+    from jaxsat.cli.scene import look_around
     from jaxsat.cli.session import prepare_session
     from jaxsat.cli.staging import staged_directory
     from jaxsat.cli.tables import fit_summary, show
@@ -206,6 +207,7 @@ def fit_one(
             threading.Thread(target=importlib.import_module, args=("jaxsat.plotting",), daemon=True).start()
         with StageProgress(prepared.label) as progress:
             samples = observations(prepared.session, prepared.orbit_fit, settings, sighted.angles)
+            sky = look_around(prepared, samples, settings)
             try:
                 profiler = Profiler(profiles, settings, progress)
                 result = fit(samples, nominal(settings), fit_settings(settings), progress=progress, at_minimum=profiler)
@@ -217,6 +219,7 @@ def fit_one(
             timing["prepare"] = before["prepare"] + result.timing_s.get("prepare", 0.0)
             result = dataclasses.replace(result, timing_s=timing)
             found = {
+                "sky": sky.result(),
                 "profiles": profiler.profiles,
                 "limb": sighted.matched,
                 "remarks": [*sighted.remarks, *profiler.reasons],

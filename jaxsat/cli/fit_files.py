@@ -3,7 +3,7 @@
 import dataclasses
 import platform
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ from jaxsat.cli.output import (
     ATTITUDE_COLUMNS,
     CURRENT_COLUMNS,
     fit_document,
+    plain,
     write_attitude_csv,
     write_currents_csv,
     write_json,
@@ -23,8 +24,10 @@ from jaxsat.cli.tables import parameter_rows
 from jaxsat.significant import unit_text
 
 if TYPE_CHECKING:
+    from fitting.orbit_fit import OrbitFit
     from fitting.profile import Profile
     from fitting.result import FitResult
+    from jaxsat.cli.scene import Sky
     from jaxsat.cli.session import PreparedSession
     from jaxsat.cli.settings import Config
     from jaxsat.telemetry.limb_angles import MatchedLimbAngles
@@ -34,9 +37,11 @@ FILES = (
     "currents.csv",
     "currents.png",
     "field_angle.png",
+    "orbit.png",
     "parameters.png",
     "provenance.json",
     "report.html",
+    "scene.json",
     "fit.json",
     *(profile_picture(name) for name in STATE + NAMED),
 )
@@ -49,6 +54,7 @@ def write_fit(
     prepared: "PreparedSession",
     config: "Config",
     *,
+    sky: "Sky",
     began: float,
     plots: bool,
     profiles: Sequence["Profile"] = (),
@@ -57,14 +63,19 @@ def write_fit(
 ) -> tuple["FitResult", list[str]]:
     """Writes the files of one fit; returns the result with its total time since `began` (perf_counter) and warnings.
 
-    `limb` are the limb angles that were fitted too; `remarks` are warnings that are there already.
+    `sky` is what the motion happens in; `limb` are the limb angles that were fitted too; `remarks` are warnings that
+    are there already.
     """
     from fitting.diagnostics import diagnose
     from jaxsat.cli.inputs import fit_settings
+    from jaxsat.cli.scene import scene_document
 
     epoch = prepared.session.epoch
     diagnostics = diagnose(result, noise_mA=fit_settings(config).reading_sigma_mA)
-    pictures = {**draw_fit(result, prepared.subtitle), **draw_profiles(profiles, prepared.subtitle)} if plots else {}
+    scene = scene_document(result, sky)
+    pictures = {}
+    if plots:
+        pictures = {**draw_fit(result, prepared.subtitle, scene), **draw_profiles(profiles, prepared.subtitle)}
     for name, png in pictures.items():
         (directory / name).write_bytes(png)
     write_attitude_csv(directory / "attitude.csv", result, epoch)
@@ -83,24 +94,18 @@ def write_fit(
     if not prepared.orbit_fit.converged:
         warnings.append(f"orbit: {prepared.orbit_fit.message}")
     provenance = provenance_document(result, prepared, config, warnings, limb)
-    report = fit_page(
-        result,
-        prepared,
-        pictures,
-        diagnostics=diagnostics,
-        profiles=profiles,
-        warnings=warnings,
-        provenance=provenance,
-    )
-    (directory / "report.html").write_text(report, encoding="utf-8")
+    found = {"diagnostics": diagnostics, "profiles": profiles, "provenance": provenance, "scene": scene}
+    (directory / "report.html").write_text(fit_page(result, pictures, **found), encoding="utf-8")
+    if scene is not None:
+        write_json(directory / "scene.json", scene)
     write_json(directory / "provenance.json", provenance)
     write_json(directory / "fit.json", document)
     return result, warnings
 
 
-def draw_fit(result: "FitResult", subtitle: str) -> dict[str, bytes]:
+def draw_fit(result: "FitResult", subtitle: str, scene: Mapping[str, Any] | None) -> dict[str, bytes]:
     """Returns the pictures of a fit as PNG by file name."""
-    from jaxsat.plotting import draw_currents, draw_field_angle, draw_parameters, png_bytes
+    from jaxsat.plotting import draw_currents, draw_field_angle, draw_orbit, draw_parameters, png_bytes
 
     subtitle = f"{subtitle}, {result.status.replace('_', ' ')}"
     currents = draw_currents(
@@ -123,7 +128,12 @@ def draw_fit(result: "FitResult", subtitle: str) -> dict[str, bytes]:
     )
     footer = [f"Gauge: {result.gauge}"] if result.gauge else []
     parameters = draw_parameters(parameter_rows(result.parameters), subtitle=subtitle, footer=footer)
-    figures = {"currents.png": currents, "field_angle.png": field_angle, "parameters.png": parameters}
+    figures = {
+        "currents.png": currents,
+        "field_angle.png": field_angle,
+        **({} if scene is None else {"orbit.png": draw_orbit(scene, subtitle=subtitle)}),
+        "parameters.png": parameters,
+    }
     return {name: png_bytes(figure) for name, figure in figures.items()}
 
 
@@ -159,27 +169,39 @@ def provenance_document(
     limb: "MatchedLimbAngles | None" = None,
 ) -> dict[str, Any]:
     """Returns what is needed to repeat the fit and to judge it, beside what fit.json holds."""
-    session = prepared.session
+    session, orbit_fit = prepared.session, prepared.orbit_fit
     file = None if limb is None else {"file": str(limb.file.path), "sha256": limb.file.sha256}
-    return {
+    document = {
         "schema": "jaxsat.provenance/1",
         "telemetry": prepared.telemetry,
+        "label": prepared.label,
+        "epoch_utc": session.epoch.iso(3),
         "sha256": session.sha256,
         **({} if file is None else {"limb": file}),
         "seed": config.fit.seed,
         "versions": versions(),
         "settings": config.model_dump(mode="json"),
         "warnings": warnings,
+        "rows": session.raw_t_s.size,
+        "samples": session.t_s.size,
+        "orbit": elements_document(orbit_fit),
         "rejections": [{"row": r.row, "reason": r.reason, "detail": r.detail} for r in session.rejections],
         "columns": {"attitude.csv": ATTITUDE_COLUMNS, "currents.csv": CURRENT_COLUMNS},
         "notes": {p.name: p.note for p in result.parameters if p.note},
         "limited_t_s": result.t_s[result.limited.astype(bool)].tolist(),
-        "alternatives": [{key: _plain(value) for key, value in other.items()} for other in result.alternatives],
+        "alternatives": list(result.alternatives),
     }
+    return plain(document)[0]
 
 
-def _plain(value: Any) -> Any:
-    return value.tolist() if hasattr(value, "tolist") else value
+def elements_document(orbit_fit: "OrbitFit") -> dict[str, dict[str, Any]]:
+    """Returns the elements with their sigmas and units, as results have them: SI and radians."""
+    from fitting.orbit_fit import ELEMENT_UNITS
+
+    return {
+        name: {"value": orbit_fit.elements[name], "sigma": orbit_fit.sigma[name], "unit": unit}
+        for name, unit in ELEMENT_UNITS.items()
+    }
 
 
 def versions() -> dict[str, str]:

@@ -1,9 +1,11 @@
 """The report of a fit as one HTML page."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from fitting.names import UNITS
+from jaxsat.cli.page_data import page_data
 from jaxsat.cli.tables import (
     STRONG_CORRELATION,
     element_rows,
@@ -12,56 +14,82 @@ from jaxsat.cli.tables import (
     rejection_rows,
     strong_correlations,
 )
-from jaxsat.report import Facts, Picture, Remarks, Table, Verdict, page
+from jaxsat.report import Facts, Live, Picture, Remarks, Table, Verdict, page
 from jaxsat.significant import unit_text, value_and_sigma, value_text
+from jaxsat.telemetry.cleaning import Rejection
 
 if TYPE_CHECKING:
     from fitting.diagnostics import Diagnostics
     from fitting.null_space import Direction
     from fitting.profile import Profile
     from fitting.result import FitResult
-    from jaxsat.cli.session import PreparedSession
 
 VERDICTS: dict[str, Verdict] = {"converged": "good", "ambiguous": "doubtful"}
-PICTURES = {
-    "currents.png": ("Panel currents", "Measured and modelled currents of the six panels with residuals, against time"),
-    "field_angle.png": ("Attitude to the magnetic field", "Angle of body x to the field with its band, against time"),
+LIVE = {
+    "motion": (
+        "Motion",
+        "orbit.png",
+        "The Earth with day and night, the orbit with its arc in shadow, body x and the field along it; the satellite "
+        "at four instants",
+    ),
+    "currents": (
+        "Panel currents",
+        "currents.png",
+        "Measured and modelled currents of the six panels with residuals, against time",
+    ),
+    "field-angle": (
+        "Attitude to the magnetic field",
+        "field_angle.png",
+        "Angle of body x to the field with its band, against time",
+    ),
 }
-"""Headings and descriptions; the parameters' picture is not repeated, their table stands in the page."""
+"""Heading, picture and its description of what the script draws; the parameters' picture is not repeated, for their
+table stands in the page."""
 
 
 def fit_page(
     result: "FitResult",
-    prepared: "PreparedSession",
     pictures: Mapping[str, bytes],
     *,
     diagnostics: "Diagnostics",
     profiles: Sequence["Profile"] = (),
-    warnings: Sequence[str],
     provenance: Mapping[str, Any],
+    scene: Mapping[str, Any] | None = None,
 ) -> str:
-    """Returns the HTML of one fit; `pictures` maps file names to PNG content, `provenance` is that of its JSON file."""
+    """Returns the HTML of one fit from what its files hold.
+
+    `pictures` maps file names to PNG content, `provenance` and `scene` are the contents of their JSON files. Without a
+    scene the motion is not shown.
+    """
     rows = parameter_rows(result.parameters)
     parameters = [(name, value, f"± {s}" if s else "", *rest) for name, value, s, *rest in rows]
     strong = [(a, b, f"{value:+.3f}") for a, b, value in strong_correlations(result.correlations)]
     limb = provenance.get("limb")
     origin = [
-        ("telemetry", prepared.telemetry),
-        ("SHA-256 of the file", prepared.session.sha256),
+        ("telemetry", provenance["telemetry"]),
+        ("SHA-256 of the file", provenance["sha256"]),
         *((("limb angles", limb["file"]), ("SHA-256 of their file", limb["sha256"])) if limb else ()),
         ("seed", str(provenance["seed"])),
         ("versions", ", ".join(f"{name} {version}" for name, version in provenance["versions"].items())),
     ]
+    label, orbit = provenance["label"], provenance["orbit"]
+    live = {
+        name: Live(name, heading, Picture(heading, pictures[file], alt) if file in pictures else None)
+        for name, (heading, file, alt) in LIVE.items()
+    }
     return page(
-        f"Fit of {prepared.label}",
-        subtitle=f"{prepared.telemetry}, epoch {prepared.session.epoch.iso(3)} UTC",
+        f"Fit of {label}",
+        subtitle=f"{provenance['telemetry']}, epoch {provenance['epoch_utc']} UTC",
         verdict=VERDICTS.get(result.status, "bad"),
         verdict_text=result.status.replace("_", " ").capitalize() + ".",
         message=result.message,
+        data=page_data(result, scene, provenance["epoch_utc"]),
         sections=[
-            Remarks("Warnings", warnings),
+            Remarks("Warnings", provenance["warnings"]),
+            live["motion"],
             Facts("Fit", fit_facts(result)),
-            *(Picture(heading, pictures[name], alt) for name, (heading, alt) in PICTURES.items() if name in pictures),
+            live["currents"],
+            live["field-angle"],
             Table("Parameters", ("parameter", "value", "1σ", "unit", "note"), parameters, (1,)),
             Table(
                 "What the data hardly see",
@@ -94,15 +122,21 @@ def fit_page(
             Table(
                 "Left out before the fit",
                 ("reason", "count", "rows of the file", "first"),
-                rejection_rows(prepared.session.rejections),
+                rejection_rows(Rejection(**rejection) for rejection in provenance["rejections"]),
                 (1,),
-                note=f"{prepared.session.raw_t_s.size} rows gave {prepared.session.t_s.size} samples.",
+                note=f"{provenance['rows']} rows gave {provenance['samples']} samples.",
             ),
-            Table("Orbit", ("element", "value", "1σ", "unit"), element_rows(prepared.orbit_fit), (1,)),
+            Table("Orbit", ("element", "value", "1σ", "unit"), _orbit_rows(orbit), (1,)),
             Facts("Provenance", origin),
             Table("Settings", ("key", "value"), list(setting_rows(provenance["settings"]))),
         ],
     )
+
+
+def _orbit_rows(orbit: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str, str, str]]:
+    values = {name: element["value"] for name, element in orbit.items()}
+    sigmas = {name: math.nan if element["sigma"] is None else element["sigma"] for name, element in orbit.items()}
+    return element_rows(values, sigmas)
 
 
 def profile_picture(name: str) -> str:

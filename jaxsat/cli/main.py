@@ -12,6 +12,7 @@ from cyclopts import App, CycloptsError
 from jaxsat.cli.fit import fit
 from jaxsat.cli.prepare import prepare
 from jaxsat.cli.sweep import sweep
+from jaxsat.cli.view import view
 from jaxsat.errors import InputError
 
 BAD_INPUT, USAGE, INTERRUPTED, TERMINATED = 1, 2, 130, 143
@@ -45,6 +46,7 @@ app = App(
     suppress_keyboard_interrupt=False,
 )
 app.command(fit)
+app.command(view)
 app.command(prepare)
 app.command(sweep)
 app.command(config)

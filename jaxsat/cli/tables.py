@@ -1,6 +1,6 @@
 """What the terminal shows of a preparation and of a fit; 80 columns are enough."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -170,21 +170,21 @@ def preparation_summary(session: "Session", orbit_fit: "OrbitFit", name: str) ->
     else:
         parts.append(Text("nothing was left out"))
     elements = plain_table("orbital element", "value", "1σ", "unit", right=(1,))
-    for row in element_rows(orbit_fit):
+    for row in element_rows(orbit_fit.elements, orbit_fit.sigma):
         elements.add_row(*row)
     before, after = orbit_fit.rms_before_m, orbit_fit.rms_after_m
     residuals = f"position residuals of a coordinate: RMS {before:.4g} m, after least squares {after:.4g} m"
     return Group(*parts, elements, Text(residuals))
 
 
-def element_rows(orbit_fit: "OrbitFit") -> list[tuple[str, str, str, str]]:
-    """Returns (element, value, sigma, unit) as text: km and degrees."""
+def element_rows(elements: Mapping[str, float], sigmas: Mapping[str, float]) -> list[tuple[str, str, str, str]]:
+    """Returns (element, value, sigma, unit) as text, km and degrees, of elements in SI and radians."""
     rows = []
-    for name, value in orbit_fit.elements.items():
+    for name, value in elements.items():
         scale, unit = (
             (1e-3, "km") if name == "semi_major_axis" else (1.0, "") if name == "eccentricity" else (_DEG, "deg")
         )
-        text, sigma = value_and_sigma(value * scale, orbit_fit.sigma[name] * scale, 8)
+        text, sigma = value_and_sigma(value * scale, sigmas[name] * scale, 8)
         rows.append((name.replace("_", " "), text, f"± {sigma}" if sigma else "", unit))
     return rows
 

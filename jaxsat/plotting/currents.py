@@ -23,6 +23,7 @@ from jaxsat.plotting.style import (
     shade_shadow,
     time_limits,
 )
+from jaxsat.sensors.current_marks import current_marks
 
 
 def draw_currents(
@@ -45,10 +46,8 @@ def draw_currents(
     """
     lit = np.asarray(lit, bool)
     sample_out = np.zeros(len(t_s), bool) if limited is None else np.asarray(limited, bool)
-    # A panel that sees nothing has no weight either, and it is no outlier: only a current can be left out.
-    left_out = (measured_mA > 0) & (((weight <= 0) & lit[:, None]) | sample_out[:, None])
-    used = (weight > 0) & ~left_out
-    reduced = used & (weight < 0.5 * np.median(weight[used])) if used.any() else used
+    marks = current_marks(measured_mA, weight, lit, sample_out)
+    left_out, used, reduced = marks.left_out, marks.used, marks.reduced
     residual = measured_mA - modelled_mA
     trusted = np.abs(residual[used & ~reduced])
     reach = nice_ceiling(1.1 * float(trusted.max())) if trusted.size else 1.0

@@ -8,17 +8,11 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from jaxsat import panel_names
+
 PANEL_NAMES = ("+X", "-X", "+Y", "-Y", "+Z", "-Z")
 
-PANEL_COLOURS = {
-    "+X": "#2e8b3d",
-    "-X": "#c79a00",
-    "+Y": "#8a4b20",
-    "-Y": "#3f9fd8",
-    "+Z": "#2340a8",
-    "-Z": "#8e44ad",
-}
-"""Those of the published plots (green, yellow, brown, light blue, blue, violet), dark enough for lines on white."""
+PANEL_COLOURS = {name.upper(): colour for name, colour in panel_names.PANEL_COLOURS.items()}
 
 AXIS_COLOURS = {"x": "#2e8b3d", "y": "#8a4b20", "z": "#2340a8"}
 """Components of a vector, in the colours of the panels they point to."""

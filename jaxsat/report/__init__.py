@@ -1,6 +1,7 @@
 """Self-contained HTML reports."""
 
 from jaxsat.report.html import Facts as Facts
+from jaxsat.report.html import Live as Live
 from jaxsat.report.html import Picture as Picture
 from jaxsat.report.html import Remarks as Remarks
 from jaxsat.report.html import Table as Table

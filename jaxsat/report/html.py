@@ -1,10 +1,17 @@
-"""A report as one HTML file: pictures inside it, no script, no network, light and dark, from a phone's width on."""
+"""A report as one HTML file: pictures and script inside it, no network, light and dark, from a phone's width on.
+
+Everything but the turning of pictures is there without the script. The page's own policy forbids any other.
+"""
 
 import base64
-from collections.abc import Sequence
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from html import escape
-from typing import Literal
+from importlib.resources import files
+from typing import Any, Literal
 
 Verdict = Literal["good", "doubtful", "bad"]
 
@@ -38,6 +45,18 @@ class Picture:
 
 
 @dataclass(frozen=True)
+class Live:
+    """A place that the script fills, by `name` (those of page/main.js), with its picture for whoever has no script.
+
+    Without a picture nothing is seen of it before the script runs.
+    """
+
+    name: str
+    heading: str
+    picture: Picture | None = None
+
+
+@dataclass(frozen=True)
 class Remarks:
     """A heading and sentences that the reader must not miss."""
 
@@ -45,22 +64,38 @@ class Remarks:
     lines: Sequence[str]
 
 
-Section = Facts | Table | Picture | Remarks
+Section = Facts | Table | Picture | Live | Remarks
 
 
 def page(
-    title: str, *, subtitle: str, verdict: Verdict, verdict_text: str, message: str, sections: Sequence[Section]
+    title: str,
+    *,
+    subtitle: str,
+    verdict: Verdict,
+    verdict_text: str,
+    message: str,
+    sections: Sequence[Section],
+    data: Mapping[str, Any] | None = None,
 ) -> str:
-    """Returns the HTML text. Every text is escaped; an empty table or list leaves no trace."""
+    """Returns the HTML text. Every text is escaped; an empty table or list leaves no trace.
+
+    `data` is what the script draws `Live` sections from, JSON without numbers that are not finite; without it the page
+    has no script at all.
+    """
     body = "\n".join(part for part in map(_section, sections) if part)
+    style, script = _asset("page/page.css"), "" if data is None else _asset("page.bundle.js")
+    allowed = f"script-src {_digest(script)}; " if script else ""
+    policy = f"default-src 'none'; {allowed}style-src {_digest(style)}; img-src data: blob:; base-uri 'none'"
+    code = f'\n<script type="application/json" id="data">{_inert(data)}</script>\n<script>{script}</script>'
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{escape(policy)}">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{escape(title)}</title>
 <link rel="icon" href="data:,">
-<style>{_STYLE}</style>
+<style>{style}</style>
 </head>
 <body>
 <header>
@@ -70,10 +105,27 @@ def page(
 </header>
 <main>
 {body}
-</main>
+</main>{code if script else ""}
 </body>
 </html>
 """
+
+
+@cache
+def _asset(name: str) -> str:
+    return files("jaxsat.report").joinpath(name).read_text(encoding="utf-8")
+
+
+def _digest(text: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode('ascii')}'"
+
+
+def _inert(data: Mapping[str, Any] | None) -> str:
+    """JSON in which no text can end the block, or begin a comment, whatever it says."""
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False, ensure_ascii=False)
+    for character in "<>&\u2028\u2029":
+        text = text.replace(character, f"\\u{ord(character):04x}")
+    return text
 
 
 def _section(section: Section) -> str:
@@ -85,13 +137,22 @@ def _section(section: Section) -> str:
             content = f"<dl>\n{items}\n</dl>"
         case Table():
             heading, content = section.heading, _table(section)
-        case Picture(heading, png, alt):
-            data = base64.b64encode(png).decode("ascii")
-            content = f'<figure><img src="data:image/png;base64,{data}" alt="{escape(alt)}"></figure>'
+        case Picture(heading):
+            content = _figure(section)
+        case Live(name, heading, picture):
+            # Open until the script has put something better in its place.
+            still = f"<details open><summary>PNG</summary>{_figure(picture)}</details>" if picture else ""
+            hidden = "" if picture else " hidden"
+            return f'<section data-live="{escape(name)}"{hidden}>\n<h2>{escape(heading)}</h2>\n{still}\n</section>'
         case Remarks(heading, lines):
             items = "\n".join(f"<li>{escape(line)}</li>" for line in lines)
             content = f'<ul class="remarks">\n{items}\n</ul>'
     return f"<section>\n<h2>{escape(heading)}</h2>\n{content}\n</section>"
+
+
+def _figure(picture: Picture) -> str:
+    data = base64.b64encode(picture.png).decode("ascii")
+    return f'<figure><img src="data:image/png;base64,{data}" alt="{escape(picture.alt)}"></figure>'
 
 
 def _table(table: Table) -> str:
@@ -106,31 +167,3 @@ def _table(table: Table) -> str:
         f'<div class="scroll"><table>\n<thead><tr>{cells("th", table.columns)}</tr></thead>\n'
         f"<tbody>\n{rows}\n</tbody>\n</table></div>{note}"
     )
-
-
-_STYLE = """
-:root { color-scheme: light dark; --ink: #1d2129; --soft: #5b6270; --line: #d9dde4; --paper: #ffffff; --card: #f6f7f9;
-  --good: #1f7a3a; --doubtful: #9a6700; --bad: #b42318; }
-@media (prefers-color-scheme: dark) { :root { --ink: #e6e8ec; --soft: #9aa3b2; --line: #363c47; --paper: #15181d;
-  --card: #1e2229; --good: #5cc97f; --doubtful: #e3b341; --bad: #ff7b72; } }
-* { box-sizing: border-box; }
-body { margin: 0 auto; padding: 1.25rem 1rem 3rem; max-width: 72rem; color: var(--ink); background: var(--paper);
-  font: 15px/1.5 system-ui, -apple-system, "Segoe UI", Roboto, sans-serif; overflow-wrap: anywhere; }
-h1 { font-size: 1.5rem; margin: 0 0 .1rem; } h2 { font-size: 1.05rem; margin: 2rem 0 .6rem; }
-.subtitle, .note, dt { color: var(--soft); } .subtitle { margin: 0 0 .9rem; } .note { margin: .4rem 0 0; }
-.verdict { margin: 0; padding: .6rem .8rem; background: var(--card); border-left: 4px solid var(--soft); }
-.verdict.good { border-color: var(--good); } .verdict.good strong { color: var(--good); }
-.verdict.doubtful { border-color: var(--doubtful); } .verdict.doubtful strong { color: var(--doubtful); }
-.verdict.bad { border-color: var(--bad); } .verdict.bad strong { color: var(--bad); }
-.scroll, figure { margin: 0; overflow-x: auto; }
-img { display: block; max-width: 100%; min-width: 40rem; height: auto; border-radius: 4px; background: #ffffff; }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
-th, td { padding: .22rem 1rem .22rem 0; text-align: left; white-space: nowrap; border-bottom: 1px solid var(--line); }
-td:last-child { white-space: normal; min-width: 8rem; } th { color: var(--soft); font-weight: 600; }
-.number { text-align: right; }
-dl { display: grid; grid-template-columns: minmax(8rem, max-content) 1fr; gap: .2rem 1rem; margin: 0; }
-dd { margin: 0; }
-.remarks { margin: 0; padding-left: 1.2rem; } .remarks li::marker { color: var(--doubtful); }
-@media (max-width: 34rem) { dl { grid-template-columns: 1fr; gap: 0; } dd { margin-bottom: .5rem; } }
-@media print { body { max-width: none; } section { break-inside: avoid; } }
-"""

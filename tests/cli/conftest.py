@@ -9,6 +9,7 @@ import pytest
 
 from fitting.fit import FitSettings
 from fitting.result import FitResult, FittedParameter
+from jaxsat.cli.main import run
 
 
 def make_fit_result(samples: int = 12) -> FitResult:
@@ -48,6 +49,12 @@ def make_fit_result(samples: int = 12) -> FitResult:
     )
 
 
+@pytest.fixture(scope="session")
+def make_result():
+    """The maker of such results, of any number of samples."""
+    return make_fit_result
+
+
 @pytest.fixture
 def fit_result() -> FitResult:
     return make_fit_result()
@@ -56,6 +63,21 @@ def fit_result() -> FitResult:
 @pytest.fixture
 def fake_fit(monkeypatch):
     """Puts a stand-in in the place of the solver; returns a dict whose entries change the result it gives."""
+    return put_fake_fit(monkeypatch)
+
+
+@pytest.fixture(scope="session")
+def fitted_run(tmp_path_factory):
+    """The directory of a made-up fit of the bundled session, pictures and all; not to be changed."""
+    out = tmp_path_factory.mktemp("fitted") / "run"
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        put_fake_fit(monkeypatch).update(vars(make_fit_result(71)))
+        assert run(["fit", "--out", str(out)]) == 0
+    return out
+
+
+def put_fake_fit(monkeypatch) -> dict:
+    """Does the work of `fake_fit`."""
     changes: dict = {}
 
     def fit(observations, nominal, settings, *, progress, at_minimum):

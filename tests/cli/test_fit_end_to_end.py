@@ -18,7 +18,7 @@ SESSION = BUNDLED.with_name("a-nominal-exact.RAW_SUN")
 FIT = ["--free", "state", "--starts", "64", "--seed", "0"]
 FILES = [
     *("attitude.csv", "currents.csv", "currents.png", "field_angle.png", "fit.json"),
-    *("parameters.png", "provenance.json", "report.html"),
+    *("orbit.png", "parameters.png", "provenance.json", "report.html", "scene.json"),
 ]
 UNITS = {
     **{f"magnet.{c}": "A m2" for c in "xyz"},

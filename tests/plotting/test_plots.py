@@ -12,6 +12,7 @@ from jaxsat.plotting import (
     draw_currents,
     draw_field_angle,
     draw_magnetometers,
+    draw_orbit,
     draw_orbit_residuals,
     draw_panel_currents,
     draw_parameters,
@@ -37,7 +38,35 @@ def field_angle(sigma):
     return draw_field_angle(T, 10 + np.sin(T / 99), sigma, attitude_sigma_deg=np.tile(sigma[:, None], 3), lit=LIT)
 
 
+def scene(shadow: bool) -> dict:
+    """A circular polar orbit with the Sun on the x axis."""
+    u = np.linspace(0.0, np.pi, 33)
+    ellipse = np.linspace(0.0, 2.0 * np.pi, 61)
+
+    def circle(angle, radius):
+        return (radius * np.stack([np.cos(angle), 0.0 * angle, np.sin(angle)], axis=1)).tolist()
+
+    lit = 1 - (np.cos(ellipse) < -0.5) * shadow
+    return {
+        "begin_s": 0.0,
+        "end_s": 3000.0,
+        "earth": {"radius_km": 6371.2, "greenwich_angle_rad": 1.0, "rotation_rate_rad_s": 7.3e-5},
+        "sun_eci": [[1.0, 0.0, 0.0]] * 3,
+        "shadow_s": [[2000.0, 3000.0]] if shadow else [],
+        "orbit": {"period_s": 6000.0, "position_km": circle(ellipse, 7200.0), "lit": lit.tolist()},
+        "track": {
+            "position_km": circle(u, 7200.0),
+            "velocity_km_s": circle(u + np.pi / 2, 7.4),
+            "field_uT": circle(3 * u, 30.0),
+        },
+        "field_lines_km": None,
+        "attitude": {"t_s": T.tolist(), "quaternion_inertial_from_body": [[0.6, 0.8, 0.0, 0.0]] * T.size},
+    }
+
+
 FIGURES = {
+    "orbit": lambda: draw_orbit(scene(shadow=True), subtitle="synthetic"),
+    "orbit, never dark": lambda: draw_orbit(scene(shadow=False)),
     "currents": currents,
     "currents, nothing used": lambda: currents(weight=0.0 * WEIGHT, limited=None),
     "field angle": lambda: field_angle(np.full(T.size, 0.3)),

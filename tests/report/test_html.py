@@ -1,12 +1,14 @@
 """The report is one well-formed page that needs nothing from outside."""
 
 import base64
+import hashlib
+import json
 import re
 from html.parser import HTMLParser
 
 import pytest
 
-from jaxsat.report import Facts, Picture, Remarks, Table, page
+from jaxsat.report import Facts, Live, Picture, Remarks, Table, page
 
 PNG = b"\x89PNG\r\n\x1a\n" + bytes(range(64))
 VOID = {"meta", "link", "img"}
@@ -31,8 +33,10 @@ class Balance(HTMLParser):
         self.texts.append(data)
 
 
-@pytest.fixture
-def html() -> str:
+DATA = {"text": "</script><!-- & \u2028", "numbers": [1.5, None]}
+
+
+def make(data=None) -> str:
     return page(
         "Fit of <a> & b",
         subtitle="epoch 2001-01-18",
@@ -42,13 +46,21 @@ def html() -> str:
         sections=[
             Remarks("Warnings", ["chi2 is <null>"]),
             Facts("Fit", [("chi2", "101.5")]),
-            Picture("Panel currents", PNG, 'six "panels"'),
+            Picture("Profile", PNG, 'six "panels"'),
+            Live("currents", "Panel currents", Picture("Panel currents", PNG, "with a picture")),
+            Live("motion", "Motion"),
             Table("Parameters", ("name", "value"), [("imax", "251.4")], (1,), note="in mA"),
             Table("Nothing here", ("a",), []),
             Remarks("Nor here", []),
             Facts("Nor there", []),
         ],
+        data=data,
     )
+
+
+@pytest.fixture(params=[None, DATA], ids=["without script", "with script"])
+def html(request) -> str:
+    return make(request.param)
 
 
 def test_page_is_well_formed_and_complete(html):
@@ -64,12 +76,40 @@ def test_page_is_well_formed_and_complete(html):
 
 
 def test_page_needs_nothing_from_outside(html):
-    assert re.findall(r"(?:https?:)?//\S+", html) == []
-    assert "<script" not in html and "@import" not in html
-    assert all(target.startswith("data:") for target in re.findall(r'(?:src|href)="([^"]*)"', html))
+    # Names of XML namespaces are no addresses: nothing is fetched from them.
+    outside = [url for url in re.findall(r"(?:https?:)//[^\s\"'`]+", html) if not url.startswith("http://www.w3.org/")]
+    assert outside == []
+    assert "@import" not in html and not re.search(r"<script[^>]* src", html)
+    assert all(target.startswith("data:") for target in re.findall(r'<(?:img|link)[^>]* (?:src|href)="([^"]*)"', html))
     assert base64.b64encode(PNG).decode() in html
 
 
+def test_policy_allows_the_page_itself_and_nothing_else():
+    html = make(DATA)
+    (policy,) = re.findall(r'Content-Security-Policy" content="([^"]*)"', html)
+    policy = policy.replace("&#x27;", "'")
+    assert policy.startswith("default-src 'none'; ") and "unsafe" not in policy
+    for tag in ("style", "script"):
+        content = re.findall(rf"<{tag}>(.*?)</{tag}>", html, re.S)
+        assert len(content) == 1
+        digest = base64.b64encode(hashlib.sha256(content[0].encode()).digest()).decode()
+        assert f"{tag}-src 'sha256-{digest}'" in policy
+    assert " style=" not in html.split("<script")[0], "forbidden by the policy"
+    assert "script-src" not in make()
+
+
+def test_data_cannot_end_its_block():
+    (block,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', make(DATA), re.S)
+    assert json.loads(block) == DATA and not set("<>&\u2028") & set(block)
+    with pytest.raises(ValueError, match="JSON"):
+        make({"number": float("nan")})
+
+
+def test_a_place_without_a_picture_is_not_seen_without_the_script(html):
+    assert '<section data-live="motion" hidden>' in html
+    assert '<section data-live="currents">' in html and "<details open>" in html
+
+
 def test_page_serves_dark_screens_and_phones(html):
-    assert "prefers-color-scheme: dark" in html and "color-scheme: light dark" in html
+    assert "light-dark(" in html and "color-scheme: light dark" in html
     assert 'name="viewport" content="width=device-width' in html and "max-width: 34rem" in html

@@ -1,0 +1,73 @@
+// Finds the places that the report left for the script and fills them; whatever fails leaves the pictures in place.
+import { Charts } from "./charts.js";
+import { Clock } from "./clock.js";
+import { el } from "./dom.js";
+import { bindKeys } from "./keys.js";
+import { Motion } from "./motion.js";
+import { Readouts } from "./readouts.js";
+import { readPage } from "./data.js";
+import { Theme } from "./theme.js";
+import { transport } from "./transport.js";
+import { Views, webglWorks } from "./views.js";
+
+function start() {
+  const page = readPage(document.getElementById("data").textContent);
+  const theme = new Theme();
+  document.querySelector("header").append(theme.button);
+  if (page.samples.t_s.length < 2) return;
+
+  const clock = new Clock(page);
+  const place = (name) => document.querySelector(`[data-live="${name}"]`);
+  const live = el("div", { class: "live" });
+  place("motion").before(live);
+  for (const name of ["motion", "currents", "field-angle"]) live.append(unfold(place(name)));
+
+  const motion = page.scene && new Motion(page);
+  let views = null;
+  if (motion) {
+    const section = place("motion");
+    const still = section.querySelector("details");
+    if (webglWorks()) {
+      views = new Views(page, motion, clock, theme);
+      section.querySelector("h2").after(views.element);
+    } else {
+      still?.setAttribute("open", "");
+      section.querySelector("h2").after(el("p", { class: "note" }, "This browser shows no WebGL: no view to turn."));
+    }
+    const readouts = new Readouts(page, motion, clock, theme);
+    const state = el("section", { class: "state", "aria-label": "State at the cursor" }, readouts.element);
+    section.after(transport(page, clock), state);
+    if (still) state.append(still);
+  } else {
+    place("motion").hidden = true;
+    place("currents").before(transport(page, clock));
+  }
+  const charts = new Charts(page, clock, { currents: place("currents"), angle: place("field-angle") });
+  bindKeys(clock);
+
+  const asked = Number(new URLSearchParams(location.hash.slice(1)).get("t") ?? NaN);
+  clock.seek(Number.isFinite(asked) ? asked : clock.begin);
+  window.jaxsat = {
+    seek: (t) => clock.seek(t),
+    play: () => clock.play(),
+    pause: () => clock.pause(),
+    state: () => ({
+      t_s: clock.t,
+      playing: clock.playing,
+      theme: theme.dark ? "dark" : "light",
+      charts: charts.count,
+      frames: views?.frames ?? 0,
+      ...(motion && motion.plain(clock.t)),
+    }),
+  };
+}
+
+function unfold(section) {
+  section.hidden = false;
+  section.querySelector("details")?.removeAttribute("open");
+  const summary = section.querySelector("summary");
+  if (summary) summary.textContent = "Picture for papers (PNG)";
+  return section;
+}
+
+start();

@@ -1,0 +1,18 @@
+// Numbers and instants as people read them.
+export function fixed(value, digits, unit = "") {
+  if (value == null || !Number.isFinite(value)) return "–";
+  const text = value.toFixed(digits).replace(/^-(0(\.0+)?)$/, "$1").replace("-", "−");
+  return unit ? `${text} ${unit}` : text;
+}
+
+export function signed(value, digits) {
+  return value > 0 ? `+${fixed(value, digits)}` : fixed(value, digits);
+}
+
+export function utc(page, t) {
+  return new Date(page.epochMs + 1000 * t).toISOString();
+}
+
+export function clockText(page, t) {
+  return `t = ${fixed(t, 0)} s, ${utc(page, t).slice(11, 19)} UTC`;
+}

@@ -1,0 +1,126 @@
+"""`jaxsat view`: the same page again from the files of a run, and one line for whatever is wrong with them."""
+
+import http.client
+import json
+import shutil
+import socket
+import threading
+import time
+import webbrowser
+from pathlib import Path
+
+import pytest
+
+from jaxsat.cli.main import run
+from jaxsat.cli.view import serve
+from jaxsat.errors import InputError
+
+
+@pytest.fixture
+def fitted(fitted_run, tmp_path, monkeypatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("jaxsat.cli.view.sys.platform", "linux")
+    return shutil.copytree(fitted_run, tmp_path / "run")
+
+
+def test_the_page_is_the_same_again(fitted, capsys):
+    before = (fitted / "report.html").read_text()
+    names = {entry.name for entry in fitted.iterdir()}
+    assert run(["view", "run"]) == 0
+    assert capsys.readouterr().out == "run/report.html\n"
+    assert (fitted / "report.html").read_text() == before
+    for name in names:
+        if name.endswith(".png"):
+            (fitted / name).unlink()
+    assert run(["view", "run", "--out", "elsewhere"]) == 0
+    assert len(Path("elsewhere/report.html").read_text()) < len(before) - 100_000
+    assert {entry.name for entry in fitted.iterdir()} == {name for name in names if not name.endswith(".png")}
+
+
+def test_the_page_is_opened_where_there_is_a_screen(fitted, monkeypatch):
+    opened = []
+    monkeypatch.setattr(webbrowser, "open", opened.append)
+    run(["view", "run"])
+    monkeypatch.setenv("DISPLAY", ":0")
+    run(["view", "run", "--no-open"])
+    assert opened == []
+    run(["view", "run"])
+    assert opened == [(fitted / "report.html").as_uri()]
+
+
+def test_a_run_of_an_older_version_has_a_page_without_motion(fitted, capsys):
+    (fitted / "scene.json").unlink()
+    assert run(["view", "run"]) == 0
+    assert "no scene.json" in capsys.readouterr().err
+    assert '"scene":null' in (fitted / "report.html").read_text()
+
+
+def spoil_json(path: Path, **changes) -> None:
+    document = json.loads(path.read_text())
+    path.write_text(json.dumps({k: v for k, v in {**document, **changes}.items() if v != "gone"}))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "expected"),
+    [
+        (lambda d: shutil.rmtree(d), "no fit.json; expected results of a fit"),
+        (lambda d: (d / "fit.json").rename(d / "summary.json"), "holds several runs"),
+        (lambda d: (d / "fit.json").write_text("{"), "fit.json: is no JSON"),
+        (lambda d: (d / "fit.json").write_text("[]"), "schema: expected jaxsat.fit/1, got None"),
+        (
+            lambda d: spoil_json(d / "scene.json", schema="jaxsat.scene/9"),
+            "expected jaxsat.scene/1, got jaxsat.scene/9",
+        ),
+        (lambda d: spoil_json(d / "fit.json", diagnostics="gone"), "KeyError: 'diagnostics'"),
+        (lambda d: spoil_json(d / "provenance.json", orbit="gone"), "KeyError: 'orbit'"),
+        (lambda d: (d / "provenance.json").unlink(), "provenance.json: no such file"),
+        (lambda d: (d / "currents.csv").write_text("t_s,utc\n"), "currents.csv:1: expected the columns"),
+        (
+            lambda d: replace(d / "attitude.csv", "2001-01-18T04:54:15.000,", "2001-01-18T04:54:15.000,x"),
+            "q_w: expected a",
+        ),
+        (lambda d: replace(d / "attitude.csv", "\n64,", "\n64,,"), "attitude.csv:3: 17 fields; expected 16"),
+    ],
+)
+def test_wrong_files_are_one_line(fitted, capsys, spoil, expected):
+    before = (fitted / "report.html").read_bytes()
+    spoil(fitted)
+    assert run(["view", "run"]) == 1
+    captured = capsys.readouterr()
+    assert captured.out == "" and captured.err.count("\n") == 1
+    assert captured.err.startswith("jaxsat: error: ") and expected in captured.err
+    assert not fitted.exists() or (fitted / "report.html").read_bytes() == before
+
+
+def replace(path: Path, old: str, new: str) -> None:
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+
+
+@pytest.mark.parametrize("arguments", [["view"], ["view", "run", "--port", "0"], ["view", "run", "--prot", "8000"]])
+def test_wrong_usage(arguments, capsys):
+    assert run(arguments) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_serving(capsys):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        with pytest.raises(InputError, match=f"port {port}: cannot be used"):
+            serve(b"page", port)
+    threading.Thread(target=serve, args=(b"a page", port), daemon=True).start()
+    for _ in range(100):
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=5)
+        try:
+            connection.request("GET", "/anything")
+            break
+        except ConnectionRefusedError:
+            time.sleep(0.02)
+    answer = connection.getresponse()
+    assert (answer.status, answer.read()) == (200, b"a page")
+    connection.close()
