@@ -187,5 +187,5 @@ def _write_csv(
     with path.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(columns)
-        for t, row in zip(t_s.tolist(), rows, strict=True):
-            writer.writerow([f"{t:.10g}", epoch.shifted(t).iso(3), *row])
+        for t, utc, row in zip(t_s.tolist(), epoch.iso_texts(t_s), rows, strict=True):
+            writer.writerow([f"{t:.10g}", utc, *row])
