@@ -168,7 +168,7 @@ def provenance_document(
         **({} if file is None else {"limb": file}),
         "seed": config.fit.seed,
         "versions": versions(),
-        "settings": config.model_dump(mode="json"),
+        "settings": config.of_a_fit(),
         "warnings": warnings,
         "rejections": [{"row": r.row, "reason": r.reason, "detail": r.detail} for r in session.rejections],
         "columns": {"attitude.csv": ATTITUDE_COLUMNS, "currents.csv": CURRENT_COLUMNS},

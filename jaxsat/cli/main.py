@@ -11,6 +11,7 @@ from cyclopts import App, CycloptsError
 
 from jaxsat.cli.fit import fit
 from jaxsat.cli.prepare import prepare
+from jaxsat.cli.simulate import simulate
 from jaxsat.cli.sweep import sweep
 from jaxsat.errors import InputError
 
@@ -46,6 +47,7 @@ app = App(
 )
 app.command(fit)
 app.command(prepare)
+app.command(simulate)
 app.command(sweep)
 app.command(config)
 

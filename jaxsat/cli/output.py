@@ -3,7 +3,7 @@
 import csv
 import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -175,6 +175,12 @@ def write_samples_csv(path: Path, session: "Session") -> None:
     repeats = session.repeats.tolist()
     rows = ([*map(_field, row), count] for row, count in zip(numbers.tolist(), repeats, strict=True))
     _write_csv(path, SAMPLE_COLUMNS, session.t_s, session.epoch, rows)
+
+
+def write_columns_csv(path: Path, t_s: np.ndarray, epoch: Epoch, columns: Mapping[str, np.ndarray]) -> None:
+    """Writes `t_s`, `utc` and named columns [time], units in their names; an empty field is a number not known."""
+    numbers = np.column_stack(list(columns.values())).tolist()
+    _write_csv(path, ["t_s", "utc", *columns], t_s, epoch, (list(map(_field, row)) for row in numbers))
 
 
 def _field(number: float) -> str:

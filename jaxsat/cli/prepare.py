@@ -82,7 +82,7 @@ def preparation_document(prepared: "PreparedSession", settings: "Config") -> dic
         "position_residual_rms_m": {"before": orbit_fit.rms_before_m, "after": orbit_fit.rms_after_m},
         "greenwich_angle_rad": around.greenwich_angle,
         "sun_direction_eci": around.sun_eci[0],
-        "settings": settings.model_dump(mode="json"),
+        "settings": settings.of_a_fit(),
     }
 
 
