@@ -1,5 +1,6 @@
 """From a configuration to a simulated session: the satellite, what surrounds it, its truth and its telemetry."""
 
+import functools
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -120,7 +121,7 @@ def satellite(config: "Config") -> tuple[Spacecraft, Albedo]:
         magnet=jnp.asarray(given.magnet),
         rods=MagneticRods(jnp.asarray(given.rods), jnp.eye(3)[1:], jnp.asarray(given.reference_field)),
         panels=SolarPanels(
-            tilted(box_normals(), jnp.asarray(given.tilts).reshape(6, 2)),
+            jax.jit(lambda angles: tilted(box_normals(), angles))(jnp.asarray(given.tilts.reshape(6, 2))),
             jnp.asarray(given.max_current),
             jnp.asarray(given.gains),
         ),
@@ -183,14 +184,9 @@ def _readings(config: "Config", truth: Truth) -> tuple[np.ndarray, np.ndarray]:
             sum_limit=s.limit_sum_mA or np.inf,
         )
         clean = np.where(within[:, None], limited, clean)
-    read = current_readings(
-        jnp.asarray(clean),
-        sigma=s.noise_mA,
-        offset=s.zero_offset_mA,
-        quantum=s.quantum_mA,
-        draw=uniform_noise if s.noise == "uniform" else jax.random.normal,
-        key=jax.random.key(s.seed),
-    )
+    draw = uniform_noise if s.noise == "uniform" else jax.random.normal
+    options = {"sigma": s.noise_mA, "offset": s.zero_offset_mA, "quantum": s.quantum_mA, "draw": draw}
+    read = jax.jit(functools.partial(current_readings, **options))(jnp.asarray(clean), key=jax.random.key(s.seed))
     return clean, np.asarray(read)
 
 

@@ -16,6 +16,7 @@ from jaxtyping import Array, Float
 from jaxsat.constants import EARTH_RADIUS_MEAN
 from jaxsat.dynamics import AttitudeState
 from jaxsat.environment import CylinderShadow, DiffuseAlbedo, SpecularAlbedo, Surroundings, tabulate_light
+from jaxsat.integrators import DORMAND_PRINCE_8
 from jaxsat.math import angle_between, quaternion
 from jaxsat.sensors import Albedo, albedo_currents, direct_currents, limb_distance, limb_turn, sun_magnetic_angles
 from jaxsat.simulate import simulate
@@ -85,7 +86,8 @@ def simulate_session(
     `sun_eci` are unit vectors at those times, `earth_radius` [m] is that of shadow, albedo and limb. `tolerance` is of
     the attitude [rad]; ValueError where no step holds it.
     """
-    motion = simulate(spacecraft, initial, surroundings, t_s, tolerance=tolerance)
+    # A fifth of the time that Adams takes to compile; for one satellite that is what counts.
+    motion = simulate(spacecraft, initial, surroundings, t_s, tolerance=tolerance, tableau=DORMAND_PRINCE_8)
     values = _observe(
         spacecraft,
         surroundings,

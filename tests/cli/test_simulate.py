@@ -14,6 +14,7 @@ from jaxsat.telemetry import clean, read_raw_sun
 from jaxsat.telemetry.tle_lines import check_tle_lines
 
 TRUTH = Path(__file__).parents[2] / "jaxsat" / "data" / "munin" / "c-specular50-limited.truth.json"
+ORDER = ["-Z", "+X", "-X", "+Y", "-Y", "+Z"]
 
 
 def settings(**more):
@@ -45,9 +46,7 @@ def settings(**more):
 
 @pytest.fixture(scope="module")
 def session():
-    return make_session(
-        load_config(overrides=settings(cleaning__panel_order=["-Z", "+X", "-X", "+Y", "-Y", "+Z"])), None
-    )
+    return make_session(load_config(overrides=settings(cleaning__panel_order=ORDER)), None)
 
 
 def test_the_session_is_that_of_another_program(session):
@@ -77,7 +76,7 @@ def test_the_reader_takes_every_row(session, tmp_path):
     path = tmp_path / "session.RAW_SUN"
     path.write_text(session.raw_sun)
     raw = read_raw_sun(path)
-    config = load_config(overrides=settings(cleaning__panel_order=["-Z", "+X", "-X", "+Y", "-Y", "+Z"]))
+    config = load_config(overrides=settings(cleaning__panel_order=ORDER))
     found = clean(raw, config.cleaning_settings())
     check_tle_lines(raw.tle)
     assert not found.rejections and len(found.t_s) == len(session.truth.t)
