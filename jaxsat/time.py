@@ -117,6 +117,30 @@ class Epoch:
             ut11, ut12 = erfa.utcut1(self.utc1, self.utc2, ut1_minus_utc)
         return float(ut11), float(ut12)
 
+    def ut1_after(
+        self, t_s: Float[np.ndarray, "n"], ut1_minus_utc: int | float = 0.0
+    ) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
+        """Return UT1 `t_s` SI seconds later, two-part Julian dates [days], with the same UT1 - UTC [s] at all of them.
+
+        So it follows UTC through leap seconds, as UT1 does within 0.9 s: over years that is nearer than running on.
+        """
+        tai1, tai2 = self.tai()
+        with _undoubting():
+            utc1, utc2 = erfa.taiutc(tai1, tai2 + np.asarray(t_s, float) / SECONDS_PER_DAY)
+            return erfa.utcut1(utc1, utc2, ut1_minus_utc)
+
+    def clock_steps(self, step: int | float, count: int) -> Float[np.ndarray, "count"]:
+        """Return SI seconds from the epoch to the same clock time `step` seconds of UTC later, 0 to count - 1 times.
+
+        A day is one day on the clock, leap second or not.
+        """
+        midnight = math.floor(self.utc1 + self.utc2 - 0.5) + 0.5
+        with _undoubting():
+            days, clock = np.divmod(self.seconds_since(Epoch(midnight, 0.0)) + step * np.arange(count), SECONDS_PER_DAY)
+            later1, later2 = erfa.utctai(midnight + days, np.zeros(count))
+        tai1, tai2 = self.tai()
+        return ((later1 - tai1) + (later2 - tai2)) * SECONDS_PER_DAY + clock
+
     def shifted(self, seconds: int | float) -> "Epoch":
         """Return the epoch `seconds` SI seconds later, leap seconds counted."""
         tai1, tai2 = self.tai()

@@ -150,3 +150,9 @@ def test_many_instants_at_once_pass_a_leap_second():
         "2017-01-02T00:00:00.00",
     ]
     assert texts == [start.shifted(float(t)).iso(2) for t in t_s]
+
+
+def test_clock_steps_are_days_of_any_length():
+    start = Epoch.from_iso("2016-12-30T12:00:00")
+    assert start.iso_texts(start.clock_steps(86400, 4), 0)[-1] == "2017-01-02T12:00:00"
+    np.testing.assert_allclose(np.diff(start.clock_steps(86400, 4)), [86400, 86401, 86400], atol=1e-4)

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from cyclopts import App, CycloptsError
 
+from jaxsat.cli.almanac import almanac
 from jaxsat.cli.fit import fit
 from jaxsat.cli.prepare import prepare
 from jaxsat.cli.simulate import simulate
@@ -49,6 +50,7 @@ app.command(fit)
 app.command(prepare)
 app.command(simulate)
 app.command(sweep)
+app.command(almanac)
 app.command(config)
 
 
