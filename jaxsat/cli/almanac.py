@@ -5,13 +5,14 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 from cyclopts import Parameter, validators
 
 from jaxsat.cli.options import whole_number
 from jaxsat.errors import InputError
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from jaxsat.environment import Ephemeris
     from jaxsat.time import Epoch
 
@@ -108,9 +109,9 @@ def _instant(text: str, field: str) -> "Epoch":
         raise InputError(str(error), field=field) from None
 
 
-def _range(epoch: "Epoch", until: str | None, step: float) -> np.ndarray:
+def _range(epoch: "Epoch", until: str | None, step: float) -> "np.ndarray":
     if until is None:
-        return np.zeros(1)
+        return epoch.clock_steps(step, 1)
     span = _instant(until, "--until").seconds_since(epoch)
     if span < 0.0:
         raise InputError(f"expected an instant after {epoch.iso(0)}, found {until}", field="--until")
@@ -122,8 +123,10 @@ def _range(epoch: "Epoch", until: str | None, step: float) -> np.ndarray:
     return t_s[t_s <= span + 1e-3]
 
 
-def ephemeris_columns(found: "Ephemeris") -> dict[str, np.ndarray]:
+def ephemeris_columns(found: "Ephemeris") -> dict[str, "np.ndarray"]:
     """Returns an ephemeris in degrees, astronomical units and kilometres: `COLUMNS`."""
+    import numpy as np
+
     from jaxsat.constants import AU
 
     values = (
@@ -139,13 +142,14 @@ def ephemeris_columns(found: "Ephemeris") -> dict[str, np.ndarray]:
 
 
 def series_columns(
-    epoch: "Epoch", t_s: np.ndarray, year: int, harmonics: int, exact: dict[str, np.ndarray]
-) -> tuple[dict[str, np.ndarray], dict[str, float]]:
+    epoch: "Epoch", t_s: "np.ndarray", year: int, harmonics: int, exact: dict[str, "np.ndarray"]
+) -> tuple[dict[str, "np.ndarray"], dict[str, float]]:
     """Returns Sun and Greenwich by the series of a year's almanac [deg], and their largest errors [deg]."""
     from jaxsat.cli.numerics import set_up_jax
 
     set_up_jax()
     import jax
+    import numpy as np
 
     from jaxsat.environment import fit_almanac
 

@@ -11,6 +11,7 @@ from cyclopts import App, CycloptsError
 
 from jaxsat.cli.almanac import almanac
 from jaxsat.cli.fit import fit
+from jaxsat.cli.orbit import orbit
 from jaxsat.cli.prepare import prepare
 from jaxsat.cli.simulate import simulate
 from jaxsat.cli.sweep import sweep
@@ -47,6 +48,7 @@ app = App(
     suppress_keyboard_interrupt=False,
 )
 app.command(fit)
+app.command(orbit)
 app.command(prepare)
 app.command(simulate)
 app.command(sweep)

@@ -27,7 +27,7 @@ def rotation(q):
 def test_the_axes_hold_field_and_sun():
     axes = rotation(sun_magnetic_axes(B, SUN)).inv()
     field, sun = axes.apply(np.array(B)), axes.apply(np.array(SUN))
-    np.testing.assert_allclose(field, [np.linalg.norm(B), 0, 0], atol=1e-20)
+    np.testing.assert_allclose(field, [float(np.linalg.norm(B)), 0.0, 0.0], atol=1e-20)
     assert sun[1] > 0.0 and abs(sun[2]) < 1e-15
 
 
