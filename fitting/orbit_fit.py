@@ -193,8 +193,14 @@ def given_orbit(
     )
 
 
+def states(orbit: KeplerOrbit, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Returns positions [time 3] [m] and velocities [time 3] [m/s] of an orbit."""
+    position, velocity = _propagate(orbit, t_s)
+    return np.asarray(position), np.asarray(velocity)
+
+
 def _positions(orbit: KeplerOrbit, t_s: np.ndarray) -> np.ndarray:
-    return np.asarray(_propagate(orbit, t_s)[0])
+    return states(orbit, t_s)[0]
 
 
 @eqx.filter_jit

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from fitting.names import NAMED, STATE
 from jaxsat.cli.fit_page import fit_page, profile_picture
 from jaxsat.cli.limb import limb_document
+from jaxsat.cli.orbit_states import orbit_states
 from jaxsat.cli.output import (
     ATTITUDE_COLUMNS,
     CURRENT_COLUMNS,
@@ -78,6 +79,7 @@ def write_fit(
         diagnostics=diagnostics,
         profiles=profiles,
         limb=None if limb is None else limb_document(limb, result),
+        orbit=orbit_states(prepared.session, prepared.orbit_fit, result.t_s),
     )
     warnings = [*remarks, *(f"{place} is not a finite number and stands as null in fit.json" for place in nulls)]
     if not prepared.orbit_fit.converged:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from cyclopts import App, CycloptsError
 
 from jaxsat.cli.almanac import almanac
+from jaxsat.cli.export import export
 from jaxsat.cli.fit import fit
 from jaxsat.cli.orbit import orbit
 from jaxsat.cli.prepare import prepare
@@ -54,6 +55,7 @@ app.command(simulate)
 app.command(sweep)
 app.command(almanac)
 app.command(config)
+app.command(export)
 
 
 def run(arguments: Sequence[str]) -> int:

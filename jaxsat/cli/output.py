@@ -64,10 +64,11 @@ def fit_document(
     diagnostics: "Diagnostics",
     profiles: Sequence["Profile"] = (),
     limb: dict[str, Any] | None = None,
+    orbit: dict[str, Any] | None = None,
 ) -> tuple[dict[str, Any], list[str]]:
     """Returns the content of fit.json, and the places in it where a number that is not finite became null.
 
-    The key `limb` is there only where limb angles were fitted.
+    The key `limb` is there only where limb angles were fitted; `orbit` is that of `jaxsat.cli.orbit_states`.
     """
     document: dict[str, Any] = {
         "schema": SCHEMA,
@@ -93,6 +94,7 @@ def fit_document(
             "field_angle_deg": result.field_angle_deg,
             "field_angle_sigma_deg": result.field_angle_sigma_deg,
         },
+        **({} if orbit is None else {"orbit": orbit}),
         "diagnostics": diagnostics.as_dict(),
         "profiles": {p.name: p.as_dict() for p in profiles},
         "timing_s": {name: result.timing_s.get(name, 0.0) for name in TIMINGS},

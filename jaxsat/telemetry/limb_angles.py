@@ -5,7 +5,6 @@ The angles are those of `jaxsat.sensors.limb`. A malformed row ends the reading 
 
 import hashlib
 import math
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +12,7 @@ import numpy as np
 
 from jaxsat.errors import InputError
 from jaxsat.telemetry.cleaning import Session
-from jaxsat.telemetry.text_file import read_small_file
+from jaxsat.telemetry.text_file import REAL, read_small_file
 from jaxsat.time import Epoch
 
 MAX_FILE_BYTES = 4 * 2**20
@@ -24,8 +23,6 @@ LARGEST_GAP_S = 0.5
 KIND = "limb angle"
 COLUMNS = ("utc", "distance_deg", "turn_deg")
 _LIMITS = {"distance_deg": (-90.0, 180.0), "turn_deg": (-360.0, 360.0)}
-# Stricter than float(), which takes nan, inf, 1_0 and the digits of other scripts.
-_REAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?")
 _SAME_INSTANT_S = 1e-3
 
 
@@ -153,7 +150,7 @@ def _instant(text: str, path: Path, row: int) -> Epoch:
 def _angle(text: str, name: str, path: Path, row: int) -> float:
     if not text:
         return math.nan
-    if not _REAL.fullmatch(text):
+    if not REAL.fullmatch(text):
         reason = f"expected a plain decimal number, or nothing where it is not measured, found {_shown(text)}"
         raise InputError(reason, file=path, row=row, field=name)
     low, high = _LIMITS[name]

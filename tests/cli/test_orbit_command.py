@@ -39,7 +39,7 @@ def test_elements_of_a_session_with_three_wrong_rows(capsys):
     assert abs(document["time_of_perigee_s"] - 3230.533197) < 1.0
     rms, all_rms = (d["position_residual_rms_m"] for d in (document, document["all_positions"]))
     # Positions are wrong by 300 m a row, and up to three rows make a sample.
-    assert 180.0 < rms["after"] < 260.0 < rms["before"] < all_rms["before"] and all_rms["after"] > 800.0
+    assert 180.0 < rms["after"] < rms["before"] < 260.0 < 800.0 < all_rms["after"] < all_rms["before"]
     with open("out/residuals.csv") as stream:
         rows = [line.split(",") for line in stream.read().splitlines()]
     assert rows[0][-1] == "doubtful" and sum(row[-1] == "1" for row in rows) == len(document["doubtful_t_s"]) == 3
