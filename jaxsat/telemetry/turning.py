@@ -55,11 +55,12 @@ def _with_whole_turns(turn: np.ndarray, expected: np.ndarray) -> np.ndarray:
 def _rotation_vector_rate(turn: np.ndarray, rate: np.ndarray) -> np.ndarray:
     """Derivative of a rotation vector under a rate in body axes (Bortz 1971): w + v x w / 2 + c(v) v x (v x w)."""
     angle = np.linalg.norm(turn, axis=1)[:, None]
-    safe = np.where(angle > 1e-3, angle, 1.0)
+    small = angle < 1e-3
+    safe = np.where(small, 1.0, angle)
     half = np.sin(0.5 * safe)
     # At whole turns the vector's rate across itself has a pole: there the cubic takes the rate as it is.
-    regular = np.abs(half) > 0.1
+    regular = (angle < 1.0) | (np.abs(half) > 0.1)
     factor = (1.0 - 0.5 * safe * np.cos(0.5 * safe) / np.where(regular, half, 1.0)) / safe**2
-    factor = np.where(angle > 1e-3, np.where(regular, factor, 0.0), 1.0 / 12.0)
+    factor = np.where(small, 1.0 / 12.0, factor)
     across = np.cross(turn, rate)
-    return rate + np.where(regular | (angle <= 1e-3), 0.5 * across, 0.0) + factor * np.cross(turn, across)
+    return rate + np.where(regular, 0.5 * across + factor * np.cross(turn, across), 0.0)
