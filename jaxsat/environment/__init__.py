@@ -11,6 +11,7 @@ from jaxsat.environment.diffuse import diffuse_albedo as diffuse_albedo
 from jaxsat.environment.ephemeris import Ephemeris as Ephemeris
 from jaxsat.environment.ephemeris import apparent_moon as apparent_moon
 from jaxsat.environment.ephemeris import ephemeris as ephemeris
+from jaxsat.environment.ephemeris import sidereal_time as sidereal_time
 from jaxsat.environment.gravity import GravityField as GravityField
 from jaxsat.environment.gravity import egm2008 as egm2008
 from jaxsat.environment.magnetic import AbstractMagneticField as AbstractMagneticField

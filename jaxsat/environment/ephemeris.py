@@ -43,17 +43,29 @@ def ephemeris(epoch: Epoch, t_s: Float[np.ndarray, "n"], ut1_minus_utc: int | fl
     sun, sun_distance = apparent_sun(epoch, t_s)
     of_date = dcms_eci_from_gcrf(epoch, t_s)
     moon, moon_distance = _moon(epoch, t_s, of_date)
-    # With the matrix at hand sidereal time costs a fiftieth of `greenwich_angles`, which works out the same nutation.
-    tt1, tt2 = epoch.tt()
-    ut1 = epoch.ut1_after(t_s, ut1_minus_utc)
-    greenwich = erfa.gst06(*ut1, tt1, tt2 + t_s / SECONDS_PER_DAY, of_date) % (2.0 * np.pi)
     return Ephemeris(
         *_right_ascension_and_declination(sun),
         sun_distance,
         *_right_ascension_and_declination(moon),
         moon_distance,
-        greenwich,
+        sidereal_time(epoch, t_s, of_date, ut1_minus_utc),
     )
+
+
+def sidereal_time(
+    epoch: Epoch,
+    t_s: Float[np.ndarray, "n"],
+    dcm_of_date_from_gcrf: Float[np.ndarray, "n 3 3"],
+    ut1_minus_utc: int | float = 0.0,
+) -> Float[np.ndarray, "n"]:
+    """Returns Greenwich apparent sidereal time [rad, 0..2 pi) `t_s` after an epoch, see `ephemeris`.
+
+    With the matrices of `dcms_eci_from_gcrf` at hand it costs a fiftieth of `jaxsat.time.greenwich_angles`, which works
+    out the same nutation.
+    """
+    tt1, tt2 = epoch.tt()
+    ut1 = epoch.ut1_after(t_s, ut1_minus_utc)
+    return erfa.gst06(*ut1, tt1, tt2 + t_s / SECONDS_PER_DAY, dcm_of_date_from_gcrf) % (2.0 * np.pi)
 
 
 def apparent_moon(epoch: Epoch, t_s: Float[np.ndarray, "n"]) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n"]]:

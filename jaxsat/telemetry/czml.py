@@ -11,9 +11,10 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
+from jaxsat.environment import sidereal_time
 from jaxsat.frames import dcms_eci_from_gcrf
 from jaxsat.telemetry.turning import attitude_between
-from jaxsat.time import Epoch, greenwich_angles
+from jaxsat.time import Epoch
 
 LARGEST_TURN = np.radians(15.0)
 """Between two samples of an orientation [rad]."""
@@ -79,7 +80,8 @@ def fixed_from_body(
     epoch: Epoch, t_s: Float[np.ndarray, "time"], q_inertial_from_body: Float[np.ndarray, "time 4"]
 ) -> Float[np.ndarray, "time 4"]:
     """Returns the quaternion [x, y, z, w] that turns body components into Earth-fixed ones; no sign leaps."""
-    turn = Rotation.from_euler("z", -greenwich_angles(epoch, t_s)[:, None])
+    angle = sidereal_time(epoch, t_s, dcms_eci_from_gcrf(epoch, t_s))
+    turn = Rotation.from_euler("z", -angle[:, None])
     q = (turn * Rotation.from_quat(np.roll(q_inertial_from_body, -1, axis=1))).as_quat()
     leaps = np.sum(q[1:] * q[:-1], axis=1) < 0.0
     return q * np.cumprod(np.concatenate([[1.0], np.where(leaps, -1.0, 1.0)]))[:, None]

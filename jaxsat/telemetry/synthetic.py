@@ -24,6 +24,7 @@ from jaxsat.spacecraft import Spacecraft
 from jaxsat.time import Epoch
 
 SCHEMA = "jaxsat.truth/1"
+_MANY_SAMPLES = 2000
 
 
 class Truth(eqx.Module):
@@ -86,8 +87,9 @@ def simulate_session(
     `sun_eci` are unit vectors at those times, `earth_radius` [m] is that of shadow, albedo and limb. `tolerance` is of
     the attitude [rad]; ValueError where no step holds it.
     """
-    # A fifth of the time that Adams takes to compile; for one satellite that is what counts.
-    motion = simulate(spacecraft, initial, surroundings, t_s, tolerance=tolerance, tableau=DORMAND_PRINCE_8)
+    # It compiles in a fifth of the time that Adams takes, but has to stop at each sample.
+    tableau = DORMAND_PRINCE_8 if len(t_s) < _MANY_SAMPLES else None
+    motion = simulate(spacecraft, initial, surroundings, t_s, tolerance=tolerance, tableau=tableau)
     values = _observe(
         spacecraft,
         surroundings,

@@ -1,6 +1,7 @@
 """Attitude ephemeris messages: the turn that a quaternion means, both versions, and everything that is refused."""
 
 import re
+from typing import Any
 
 import brahe
 import numpy as np
@@ -79,7 +80,8 @@ def test_version_1_round_trip(ephemeris, direction, quaternion_type, tmp_path):
 def test_the_numbers_written_turn_a_known_vector(ephemeris, direction, quaternion_type, sign, scalar):
     """Body z of `BODY` lies at (sin 30 sin 50, -cos 30 sin 50, cos 50) in inertial axes, by hand."""
     text = aem_text(ephemeris, version="1.0", created=NOW, direction=direction, quaternion_type=quaternion_type)
-    numbers = np.array(re.search(r"^2016-12-31T23:59:50\S* (.*)$", text, re.M)[1].split(), float)
+    (row,) = re.findall(r"^2016-12-31T23:59:50\S* (.*)$", text, re.M)
+    numbers = np.array(row.split(), float)
     qc, e = numbers[scalar], np.delete(numbers, scalar)
     # The matrix of 504.0-B: components in the frame that is left, turned into those of the frame that is reached.
     skew = np.array([[0, -e[2], e[1]], [e[2], 0, -e[0]], [-e[1], e[0], 0]])
@@ -104,12 +106,13 @@ def test_version_2_means_the_same_to_another_program(ephemeris, tmp_path):
         np.testing.assert_allclose(state.angular_velocity, ephemeris.angular_velocity_b[k], atol=1e-12)
     (found,) = read(text, tmp_path)
     np.testing.assert_allclose(found.quaternion_a_from_b, ephemeris.quaternion_a_from_b, atol=2e-12)
-    np.testing.assert_allclose(found.angular_velocity_b, ephemeris.angular_velocity_b, atol=1e-13)
+    np.testing.assert_allclose(np.array(found.angular_velocity_b), ephemeris.angular_velocity_b, atol=1e-13)
 
 
 def test_a_message_of_another_program_is_read(tmp_path):
     brahe.set_global_eop_provider(brahe.StaticEOPProvider.from_zero())
-    start = brahe.Epoch.from_datetime(2024, 1, 1, 0, 0, 0.0, 0.0, brahe.TimeSystem.UTC)
+    utc: Any = brahe.TimeSystem.UTC
+    start: Any = brahe.Epoch.from_datetime(2024, 1, 1, 0, 0, 0.0, 0.0, utc)
     segment = brahe.ccsds.AEMSegment("S", "2024-001A", "EME2000", "SC_BODY_1", "UTC", start, start + 60.0, "QUATERNION")
     for t, angle in ((0.0, 0.0), (60.0, 40.0)):
         half = np.radians(angle) / 2
@@ -150,7 +153,7 @@ def test_rates_follow_from_derivatives_and_frames(tmp_path):
         text = text.replace("= A2B", "= B2A") if flip < 0 else text
         text = re.sub(r"(?s)DATA_START.*DATA_STOP", f"DATA_START\n{rows}\nDATA_STOP", text)
         (found,) = read(text, tmp_path)
-        np.testing.assert_allclose(found.angular_velocity_b, [rate, rate], atol=1e-9)
+        np.testing.assert_allclose(np.array(found.angular_velocity_b), [rate, rate], atol=1e-9)
         # TAI was 36 s ahead of UTC.
         assert found.epoch.iso(3) == "2016-12-31T23:59:22.000"
     inertial = BODY.apply(rate)
@@ -161,7 +164,7 @@ def test_rates_follow_from_derivatives_and_frames(tmp_path):
     )
     text = re.sub(r"(?s)DATA_START.*DATA_STOP", f"DATA_START\n2017-01-01T00:00:00 {row}\nDATA_STOP", text)
     (found,) = read(text, tmp_path)
-    np.testing.assert_allclose(found.angular_velocity_b, [rate], atol=1e-12)
+    np.testing.assert_allclose(np.array(found.angular_velocity_b), [rate], atol=1e-12)
 
 
 @pytest.mark.parametrize(

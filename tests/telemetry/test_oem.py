@@ -1,6 +1,7 @@
 """Orbit ephemeris messages: round trip, another program's reading of them, and what is refused."""
 
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -57,7 +58,8 @@ def test_round_trip_and_another_program(tmp_path):
     np.testing.assert_allclose(found.velocity_m_s, orbit.velocity_m_s, atol=6e-7)
     np.testing.assert_allclose(found.t_s, orbit.t_s, atol=1e-6)
     assert (found.frame, found.object_id, found.epoch.iso(2)) == ("GCRF", "2016-001A", orbit.epoch.iso(2))
-    theirs = OEM.from_str(text).segments[0]
+    segments: Any = OEM.from_str(text).segments
+    theirs = segments[0]
     assert len(theirs.states) == 12
     np.testing.assert_allclose(theirs.states[11].position, orbit.position_m[11], atol=6e-4)
     np.testing.assert_allclose(theirs.states[11].velocity, orbit.velocity_m_s[11], atol=6e-7)
