@@ -64,7 +64,7 @@ def test_a_known_axis_in_earth_fixed_and_celestial_axes():
         bias = np.linalg.norm(x_axis[0] - equinox)
         assert bias < 1e-15 if not eme2000 else 1e-9 < bias < 2e-7
     # EME2000 by another way: precession and nutation alone.
-    _, _, _, _, _, precession, nutation, _ = erfa.pn06a(*EPOCH.tt())
+    _, _, _, _, precession, _, nutation, _ = erfa.pn06a(*EPOCH.tt())
     np.testing.assert_allclose(to_celestial(EPOCH, t, eme2000=True)[0], (nutation @ precession).T, atol=1e-14)
 
 
