@@ -6,10 +6,14 @@ equatorial orbits, where the Jacobian in classical elements loses rank. Six numb
 compiler: this is NumPy with the exact Jacobian, a few milliseconds in a cold process where tracing alone takes longer.
 """
 
+import dataclasses
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+import equinox as eqx
 import jax
 import numpy as np
 
@@ -26,7 +30,10 @@ from jaxsat.errors import InputError
 
 _MAX_ECCENTRICITY = 0.95
 _MIN_SAMPLES = 3
-_OUTLIER_SIGMAS = 6.0
+OUTLIER_SIGMAS = 6.0
+"""Positions further off than this are doubtful."""
+Average = Callable[..., Any]
+"""As `np.median`, which a few wild samples do not move, or `np.mean`, which is that of Penkov et al. 2009."""
 
 
 @dataclass(frozen=True)
@@ -58,15 +65,45 @@ class OrbitFit:
 
 
 def initial_elements(
-    t_s: np.ndarray, position_eci_m: np.ndarray, velocity_eci_m_s: np.ndarray, mu: float = EARTH_MU
+    t_s: np.ndarray,
+    position_eci_m: np.ndarray,
+    velocity_eci_m_s: np.ndarray,
+    mu: float = EARTH_MU,
+    *,
+    average: Average = np.median,
 ) -> dict[str, float]:
     """Returns classical elements from the averaged energy, area and Laplace integrals; keys of `ELEMENT_UNITS`.
 
-    The average is the median, component by component, which a few wild samples do not move.
+    The `average` is taken component by component.
     Raises `InputError` where the averages are not those of an ellipse.
     """
-    frame, start = _start(t_s, position_eci_m, velocity_eci_m_s, mu)
+    frame, start = _start(t_s, position_eci_m, velocity_eci_m_s, mu, average=average)
     return classical_elements(start, frame)
+
+
+def fit_without_doubtful(
+    t_s: np.ndarray,
+    position_eci_m: np.ndarray,
+    velocity_eci_m_s: np.ndarray,
+    *,
+    sigmas: float = OUTLIER_SIGMAS,
+    average: Average = np.median,
+    file: str | Path | None = None,
+) -> tuple["OrbitFit", "OrbitFit"]:
+    """Fits all positions outside the Earth, then finds start and elements again without those beyond `sigmas`.
+
+    The residuals of both are of all samples; what the second leaves out is its `outlier`. Raises as `fit_orbit` does.
+    """
+    options = {"average": average, "file": file}
+    judged = fit_orbit(t_s, position_eci_m, velocity_eci_m_s, outlier_sigmas=sigmas, **options)
+    fits = []
+    for good in (np.isfinite(judged.residual_after_m).all(axis=1), ~judged.outlier):
+        chosen = t_s[good], position_eci_m[good], velocity_eci_m_s[good]
+        fit = fit_orbit(*chosen, outlier_sigmas=math.inf, **options)
+        orbits = KeplerOrbit(**initial_elements(*chosen, average=average)), fit.orbit
+        before, after = (position_eci_m - _positions(orbit, t_s) for orbit in orbits)
+        fits.append(dataclasses.replace(fit, outlier=~good, residual_before_m=before, residual_after_m=after))
+    return fits[0], fits[1]
 
 
 def fit_orbit(
@@ -75,12 +112,15 @@ def fit_orbit(
     velocity_eci_m_s: np.ndarray,
     *,
     mu: float = EARTH_MU,
+    average: Average = np.median,
+    outlier_sigmas: float = OUTLIER_SIGMAS,
     file: str | Path | None = None,
 ) -> OrbitFit:
     """Fits a Kepler orbit to positions [time 3]; velocities [time 3] serve the start only. `file` is for messages.
 
     Positions inside the Earth take no part; the others get Huber weights until the scatter is known, then those beyond
-    6 sigma are left out and the rest fitted with equal weights. Raises `InputError` where fewer than three usable
+    `outlier_sigmas` are left out and the rest fitted with equal weights; infinity leaves none out. The start is
+    from the `average` of the integrals, component by component. Raises `InputError` where fewer than three usable
     positions at different times remain or where they are not those of an ellipse.
     """
     radius = np.linalg.norm(position_eci_m, axis=1)
@@ -92,12 +132,12 @@ def fit_orbit(
         )
         raise InputError(reason, file=file, field="position")
     t, measured = t_s[possible], position_eci_m[possible]
-    frame, start = _start(t, measured, velocity_eci_m_s[possible], mu, file)
+    frame, start = _start(t, measured, velocity_eci_m_s[possible], mu, file, average)
 
     before = measured - positions_and_jacobian(t, start, frame, mu)[0]
     fitted, iterations, _ = _least_squares(t, measured, start, frame, mu, robust=True)
     residual = measured - positions_and_jacobian(t, fitted, frame, mu)[0]
-    good = _distance(residual) <= _OUTLIER_SIGMAS * _scale(residual)
+    good = _distance(residual) <= outlier_sigmas * _scale(residual)
     if np.unique(t[good]).size < _MIN_SAMPLES:
         good[:] = True
     fitted, more, converged = _least_squares(t[good], measured[good], fitted, frame, mu, robust=False)
@@ -134,8 +174,7 @@ def given_orbit(
 ) -> OrbitFit:
     """An orbit that is known, in the form of a fitted one: keys of `ELEMENT_UNITS`, no sigma, residuals for judging."""
     orbit = KeplerOrbit(**elements, mu=mu)
-    positions, _ = jax.jit(lambda t: jax.vmap(orbit)(t))(t_s)
-    residual = position_eci_m - np.asarray(positions)
+    residual = position_eci_m - _positions(orbit, t_s)
     rms = _rms(residual)
     return OrbitFit(
         orbit=orbit,
@@ -154,13 +193,28 @@ def given_orbit(
     )
 
 
-def _start(t, position, velocity, mu, file=None) -> tuple[np.ndarray, np.ndarray]:
+def states(orbit: KeplerOrbit, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Returns positions [time 3] [m] and velocities [time 3] [m/s] of an orbit."""
+    position, velocity = _propagate(orbit, t_s)
+    return np.asarray(position), np.asarray(velocity)
+
+
+def _positions(orbit: KeplerOrbit, t_s: np.ndarray) -> np.ndarray:
+    return states(orbit, t_s)[0]
+
+
+@eqx.filter_jit
+def _propagate(orbit, t):
+    return jax.vmap(orbit)(t)
+
+
+def _start(t, position, velocity, mu, file=None, average: Average = np.median) -> tuple[np.ndarray, np.ndarray]:
     """Frame [3 3] of the mean plane (two axes in it, its normal) and equinoctial elements (a, k, h, l, 0, 0)."""
     radius = np.linalg.norm(position, axis=1)
-    energy = np.median(0.5 * np.sum(velocity**2, axis=1) - mu / radius)
+    energy = average(0.5 * np.sum(velocity**2, axis=1) - mu / radius)
     momentum = np.cross(position, velocity)
-    area = np.median(momentum, axis=0)
-    laplace = np.median(np.cross(velocity, momentum) / mu - position / radius[:, None], axis=0)
+    area = average(momentum, axis=0)
+    laplace = average(np.cross(velocity, momentum) / mu - position / radius[:, None], axis=0)
     ecc = float(np.linalg.norm(laplace))
     if not (energy < 0.0 and np.linalg.norm(area) > 0.0 and ecc < _MAX_ECCENTRICITY):
         reason = (
@@ -179,7 +233,7 @@ def _start(t, position, velocity, mu, file=None) -> tuple[np.ndarray, np.ndarray
     longitude = mean_longitude(np.arctan2(y, x), k, h) - math.sqrt(mu / a**3) * t
     centre = np.angle(np.exp(1j * longitude[0]))
     offset = np.angle(np.exp(1j * (longitude - centre)))
-    return frame, np.array([a, k, h, centre + np.median(offset), 0.0, 0.0])
+    return frame, np.array([a, k, h, centre + average(offset), 0.0, 0.0])
 
 
 def _least_squares(t, measured, elements, frame, mu, *, robust: bool) -> tuple[np.ndarray, int, bool]:

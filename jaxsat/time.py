@@ -1,6 +1,7 @@
 """Instants in UTC and the Greenwich angle: the plain NumPy edge of the simulator, on top of ERFA."""
 
 import math
+import re
 import warnings
 from dataclasses import dataclass
 
@@ -14,6 +15,10 @@ DAYS_PER_CENTURY = 36525.0
 J2000 = 2451545.0
 """Julian date of the epoch J2000, 2000-01-01T12:00 TT [days]."""
 _FIRST_YEAR, _LAST_YEAR = 1960, 2200
+# Stricter than a calendar library: ASCII digits alone, two of each, no sign, no offset from UTC.
+_ISO = re.compile(
+    r"([0-9]{4})-(?:([0-9]{2})-([0-9]{2})|([0-9]{3}))T([0-9]{2}):([0-9]{2}):([0-9]{2}(?:\.[0-9]{1,12})?)Z?"
+)
 
 
 @dataclass(frozen=True)
@@ -51,13 +56,33 @@ class Epoch:
         with _undoubting():
             return cls(*map(float, erfa.dtf2d(b"UTC", year, month, day, hour, minute, second)))
 
+    @classmethod
+    def from_iso(cls, text: str) -> "Epoch":
+        """Return the epoch of an ISO 8601 instant of UTC, `2001-01-18T04:54:15.25` or by day of year `2001-018T...`.
+
+        A closing Z is taken, an offset from UTC is not. Raises ValueError, as `from_utc` does, and for any other form.
+        """
+        match = _ISO.fullmatch(text)
+        if match is None:
+            shown = repr(text if len(text) <= 40 else text[:40] + "...")
+            raise ValueError(f"expected a UTC instant such as 2001-01-18T04:54:15.000, found {shown}")
+        year, hour, minute, second = int(match[1]), int(match[5]), int(match[6]), float(match[7])
+        try:
+            month, day = (int(match[2]), int(match[3])) if match[4] is None else _date_of_day(year, int(match[4]))
+            return cls.from_utc(year, month, day, hour, minute, second)
+        except ValueError as error:
+            raise ValueError(f"{text}: {error}") from None
+
     def iso(self, digits: int = 3) -> str:
         """Return the UTC instant as text, `2001-01-18T04:54:15.000`, rounded to `digits` decimals of a second."""
+        return _iso_texts(self.utc1, np.array([self.utc2]), digits)[0]
+
+    def iso_texts(self, t_s: Float[np.ndarray, "n"], digits: int = 3) -> list[str]:
+        """Return `iso` of the instants `t_s` SI seconds later, many at once."""
+        tai1, tai2 = self.tai()
         with _undoubting():
-            year, month, day, clock = erfa.d2dtf(b"UTC", digits, self.utc1, self.utc2)
-        hour, minute, second, fraction = (int(clock[name]) for name in ("h", "m", "s", "f"))
-        text = f"{int(year):04d}-{int(month):02d}-{int(day):02d}T{hour:02d}:{minute:02d}:{second:02d}"
-        return f"{text}.{fraction:0{digits}d}" if digits > 0 else text
+            utc1, utc2 = erfa.taiutc(tai1, tai2 + np.asarray(t_s, float) / SECONDS_PER_DAY)
+        return _iso_texts(utc1, utc2, digits)
 
     def decimal_year(self) -> float:
         """Return the year and the elapsed fraction of it (of 365 or 366 days), as used for geomagnetic models."""
@@ -91,6 +116,30 @@ class Epoch:
         with _undoubting():
             ut11, ut12 = erfa.utcut1(self.utc1, self.utc2, ut1_minus_utc)
         return float(ut11), float(ut12)
+
+    def ut1_after(
+        self, t_s: Float[np.ndarray, "n"], ut1_minus_utc: int | float = 0.0
+    ) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
+        """Return UT1 `t_s` SI seconds later, two-part Julian dates [days], with the same UT1 - UTC [s] at all of them.
+
+        So it follows UTC through leap seconds, as UT1 does within 0.9 s: over years that is nearer than running on.
+        """
+        tai1, tai2 = self.tai()
+        with _undoubting():
+            utc1, utc2 = erfa.taiutc(tai1, tai2 + np.asarray(t_s, float) / SECONDS_PER_DAY)
+            return erfa.utcut1(utc1, utc2, ut1_minus_utc)
+
+    def clock_steps(self, step: int | float, count: int) -> Float[np.ndarray, "count"]:
+        """Return SI seconds from the epoch to the same clock time `step` seconds of UTC later, 0 to count - 1 times.
+
+        A day is one day on the clock, leap second or not.
+        """
+        midnight = math.floor(self.utc1 + self.utc2 - 0.5) + 0.5
+        with _undoubting():
+            days, clock = np.divmod(self.seconds_since(Epoch(midnight, 0.0)) + step * np.arange(count), SECONDS_PER_DAY)
+            later1, later2 = erfa.utctai(midnight + days, np.zeros(count))
+        tai1, tai2 = self.tai()
+        return ((later1 - tai1) + (later2 - tai2)) * SECONDS_PER_DAY + clock
 
     def shifted(self, seconds: int | float) -> "Epoch":
         """Return the epoch `seconds` SI seconds later, leap seconds counted."""
@@ -134,6 +183,25 @@ def equinox_difference(epoch: Epoch, ut1_minus_utc: int | float = 0.0) -> float:
     """
     ut1 = epoch.ut1(ut1_minus_utc)
     return math.remainder(float(erfa.gst06a(*ut1, *epoch.tt())) - float(erfa.gmst82(*ut1)), 2.0 * math.pi)
+
+
+def _iso_texts(utc1, utc2, digits: int) -> list[str]:
+    with _undoubting():
+        year, month, day, clock = erfa.d2dtf(b"UTC", digits, utc1, utc2)
+    columns = (year, month, day, *(clock[name] for name in "hmsf"))
+    rows = zip(*(np.atleast_1d(column).tolist() for column in columns), strict=True)
+    tail = f".{{:0{digits}d}}" if digits > 0 else ""
+    pattern = "{:04d}-{:02d}-{:02d}T{:02d}:{:02d}:{:02d}" + tail
+    return [pattern.format(*row) for row in rows]
+
+
+def _date_of_day(year: int, day: int) -> tuple[int, int]:
+    """Month and day of the month of a day of the year, from 1."""
+    start, following = (sum(erfa.cal2jd(y, 1, 1)) for y in (year, year + 1))
+    if not 1 <= day <= round(following - start):
+        raise ValueError(f"day of the year must be in 1..{round(following - start)} in {year}, got {day}")
+    _, month, day_of_month, _ = erfa.jd2cal(start, day - 1.0)
+    return int(month), int(day_of_month)
 
 
 def _undoubting() -> warnings.catch_warnings:

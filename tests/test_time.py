@@ -110,3 +110,49 @@ def test_equinox_difference():
         epoch = Epoch.from_utc(year, 4, 6, 7, 51, 28.386009)
         # The equation of the equinoxes of 1994 on the precession of 1976: 0.3" a century of difference.
         assert equinox_difference(epoch) == pytest.approx(float(erfa.eqeq94(*epoch.tt())), abs=math.radians(0.1 / 3600))
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("2001-01-18T04:54:15", "2001-01-18T04:54:15.000"),
+        ("2001-018T04:54:15.2504Z", "2001-01-18T04:54:15.250"),
+        ("2000-366T23:59:59.9996", "2001-01-01T00:00:00.000"),
+        ("2016-12-31T23:59:60.5", "2016-12-31T23:59:60.500"),
+    ],
+)
+def test_instants_are_read(text, expected):
+    assert Epoch.from_iso(text).iso(3) == expected
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("2001-13-01T00:00:00", "2001-00-01T00:00:00", "2001-366T00:00:00", "2001-000T00:00:00"),
+        *("2001-01-18T24:00:00", "2001-01-18T23:59:60", "2001-01-18T04:54:15+03:00", "2001-01-18 04:54:15"),
+        *("2001-01-18", "2001-1-18T04:54:15", "2001-01-18T04:54:1_5", "\u0662001-01-18T04:54:15", "nan", ""),
+        *("2001-01-18T04:54:-5", "2001-01-18T04:54:15.", "1959-01-01T00:00:00", "2001-01-18T04:54:15\n"),
+    ],
+)
+def test_instants_of_another_form_are_refused(text):
+    with pytest.raises(ValueError):
+        Epoch.from_iso(text)
+
+
+def test_many_instants_at_once_pass_a_leap_second():
+    start = Epoch.from_utc(2016, 12, 31, 23, 59, 58)
+    t_s = np.array([0.0, 2.25, 3.0, 86403.0])
+    texts = start.iso_texts(t_s, 2)
+    assert texts == [
+        "2016-12-31T23:59:58.00",
+        "2016-12-31T23:59:60.25",
+        "2017-01-01T00:00:00.00",
+        "2017-01-02T00:00:00.00",
+    ]
+    assert texts == [start.shifted(float(t)).iso(2) for t in t_s]
+
+
+def test_clock_steps_are_days_of_any_length():
+    start = Epoch.from_iso("2016-12-30T12:00:00")
+    assert start.iso_texts(start.clock_steps(86400, 4), 0)[-1] == "2017-01-02T12:00:00"
+    np.testing.assert_allclose(np.diff(start.clock_steps(86400, 4)), [86400, 86401, 86400], atol=1e-4)

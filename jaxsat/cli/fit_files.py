@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 from fitting.names import NAMED, STATE
 from jaxsat.cli.fit_page import fit_page, profile_picture
 from jaxsat.cli.limb import limb_document
+from jaxsat.cli.orbit import elements_document
+from jaxsat.cli.orbit_states import orbit_states
 from jaxsat.cli.output import (
     ATTITUDE_COLUMNS,
     CURRENT_COLUMNS,
@@ -89,6 +91,7 @@ def write_fit(
         diagnostics=diagnostics,
         profiles=profiles,
         limb=None if limb is None else limb_document(limb, result),
+        orbit=orbit_states(prepared.session, prepared.orbit_fit, result.t_s),
     )
     warnings = [*remarks, *(f"{place} is not a finite number and stands as null in fit.json" for place in nulls)]
     if not prepared.orbit_fit.converged:
@@ -180,7 +183,7 @@ def provenance_document(
         **({} if file is None else {"limb": file}),
         "seed": config.fit.seed,
         "versions": versions(),
-        "settings": config.model_dump(mode="json"),
+        "settings": config.of_a_fit(),
         "warnings": warnings,
         "rows": session.raw_t_s.size,
         "samples": session.t_s.size,
@@ -192,16 +195,6 @@ def provenance_document(
         "alternatives": list(result.alternatives),
     }
     return plain(document)[0]
-
-
-def elements_document(orbit_fit: "OrbitFit") -> dict[str, dict[str, Any]]:
-    """Returns the elements with their sigmas and units, as results have them: SI and radians."""
-    from fitting.orbit_fit import ELEMENT_UNITS
-
-    return {
-        name: {"value": orbit_fit.elements[name], "sigma": orbit_fit.sigma[name], "unit": unit}
-        for name, unit in ELEMENT_UNITS.items()
-    }
 
 
 def versions() -> dict[str, str]:

@@ -9,8 +9,12 @@ from collections.abc import Sequence
 
 from cyclopts import App, CycloptsError
 
+from jaxsat.cli.almanac import almanac
+from jaxsat.cli.export import export
 from jaxsat.cli.fit import fit
+from jaxsat.cli.orbit import orbit
 from jaxsat.cli.prepare import prepare
+from jaxsat.cli.simulate import simulate
 from jaxsat.cli.sweep import sweep
 from jaxsat.cli.view import view
 from jaxsat.errors import InputError
@@ -47,9 +51,13 @@ app = App(
 )
 app.command(fit)
 app.command(view)
+app.command(orbit)
 app.command(prepare)
+app.command(simulate)
 app.command(sweep)
+app.command(almanac)
 app.command(config)
+app.command(export)
 
 
 def run(arguments: Sequence[str]) -> int:

@@ -3,7 +3,7 @@
 import csv
 import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -64,10 +64,11 @@ def fit_document(
     diagnostics: "Diagnostics",
     profiles: Sequence["Profile"] = (),
     limb: dict[str, Any] | None = None,
+    orbit: dict[str, Any] | None = None,
 ) -> tuple[dict[str, Any], list[str]]:
     """Returns the content of fit.json, and the places in it where a number that is not finite became null.
 
-    The key `limb` is there only where limb angles were fitted.
+    The key `limb` is there only where limb angles were fitted; `orbit` is that of `jaxsat.cli.orbit_states`.
     """
     document: dict[str, Any] = {
         "schema": SCHEMA,
@@ -93,6 +94,7 @@ def fit_document(
             "field_angle_deg": result.field_angle_deg,
             "field_angle_sigma_deg": result.field_angle_sigma_deg,
         },
+        **({} if orbit is None else {"orbit": orbit}),
         "diagnostics": diagnostics.as_dict(),
         "profiles": {p.name: p.as_dict() for p in profiles},
         "timing_s": {name: result.timing_s.get(name, 0.0) for name in TIMINGS},
@@ -177,6 +179,12 @@ def write_samples_csv(path: Path, session: "Session") -> None:
     _write_csv(path, SAMPLE_COLUMNS, session.t_s, session.epoch, rows)
 
 
+def write_columns_csv(path: Path, t_s: np.ndarray, epoch: Epoch, columns: Mapping[str, np.ndarray]) -> None:
+    """Writes `t_s`, `utc` and named columns [time], units in their names; an empty field is a number not known."""
+    numbers = np.column_stack(list(columns.values())).tolist()
+    _write_csv(path, ["t_s", "utc", *columns], t_s, epoch, (list(map(_field, row)) for row in numbers))
+
+
 def _field(number: float) -> str:
     return f"{number:.10g}" if math.isfinite(number) else ""
 
@@ -187,5 +195,5 @@ def _write_csv(
     with path.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(columns)
-        for t, row in zip(t_s.tolist(), rows, strict=True):
-            writer.writerow([f"{t:.10g}", epoch.shifted(t).iso(3), *row])
+        for t, utc, row in zip(t_s.tolist(), epoch.iso_texts(t_s), rows, strict=True):
+            writer.writerow([f"{t:.10g}", utc, *row])

@@ -8,6 +8,7 @@ from cyclopts import Parameter
 
 from jaxsat.cli.fit import read_settings
 from jaxsat.cli.options import ConfigFile, Drop
+from jaxsat.cli.orbit import orbit_document
 from jaxsat.cli.session import BUNDLED
 
 if TYPE_CHECKING:
@@ -59,7 +60,6 @@ def prepare(
 
 def preparation_document(prepared: "PreparedSession", settings: "Config") -> dict[str, Any]:
     """Returns the content of prepare.json; SI units and radians but where a name says otherwise."""
-    from jaxsat.cli.fit_files import elements_document
     from jaxsat.cli.inputs import surroundings
 
     session, orbit_fit = prepared.session, prepared.orbit_fit
@@ -73,13 +73,10 @@ def preparation_document(prepared: "PreparedSession", settings: "Config") -> dic
         "rows": session.raw_t_s.size,
         "samples": session.t_s.size,
         "rejections": [{"row": r.row, "reason": r.reason, "detail": r.detail} for r in session.rejections],
-        "elements": elements_document(orbit_fit),
-        "time_of_perigee_s": orbit_fit.time_of_perigee_s,
-        "argument_of_latitude_rad": orbit_fit.argument_of_latitude,
-        "position_residual_rms_m": {"before": orbit_fit.rms_before_m, "after": orbit_fit.rms_after_m},
+        **orbit_document(orbit_fit),
         "greenwich_angle_rad": around.greenwich_angle,
         "sun_direction_eci": around.sun_eci[0],
-        "settings": settings.model_dump(mode="json"),
+        "settings": settings.of_a_fit(),
     }
 
 

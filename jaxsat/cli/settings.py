@@ -5,24 +5,16 @@ writes into `globP`); names of that module's parameters stand in the description
 """
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from fitting.names import parse_free
+from jaxsat.cli.setting_types import Angle, Interval, NonNegative, Positive, Section, Tilt, Vector
+from jaxsat.cli.simulate_settings import Simulate
 from jaxsat.constants import EARTH_ROTATION_RATE
 from jaxsat.telemetry.cleaning import PANELS, CleaningSettings
-
-
-class _Section(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
-
-
-def _increasing(interval: tuple[float, float]) -> tuple[float, float]:
-    if not interval[0] < interval[1]:
-        raise ValueError("expected [t0, t1] with t0 < t1")
-    return interval
 
 
 def _each_panel_once(order: tuple[str, ...]) -> tuple[str, ...]:
@@ -46,19 +38,7 @@ def _free(value: object) -> object:
     return value
 
 
-# TOML has lists only; strict=False lets a list be a tuple, the numbers within stay strict.
-Pair = Annotated[tuple[float, float], Field(strict=False)]
-Vector = Annotated[tuple[float, float, float], Field(strict=False)]
-Tilt = Annotated[
-    tuple[Annotated[float, Field(ge=-45.0, le=45.0)], Annotated[float, Field(ge=-45.0, le=45.0)]], Field(strict=False)
-]
-Interval = Annotated[Pair, AfterValidator(_increasing)]
-Positive = Annotated[float, Field(gt=0.0)]
-NonNegative = Annotated[float, Field(ge=0.0)]
-Angle = Annotated[float, Field(ge=-360.0, le=360.0)]
-
-
-class Orbit(_Section):
+class Orbit(Section):
     """Kepler elements in the inertial equatorial frame; all or none: left out, they are fitted to the positions."""
 
     inclination_deg: float | None = Field(
@@ -130,7 +110,7 @@ class Orbit(_Section):
         }
 
 
-class Time(_Section):
+class Time(Section):
     """Time scale of the session."""
 
     zero_s: float = Field(
@@ -138,7 +118,7 @@ class Time(_Section):
     )
 
 
-class Earth(_Section):
+class Earth(Section):
     """The Earth's figure and rotation."""
 
     radius_km: Positive = Field(default=6371.2, description="radius for shadow and albedo, Rzem [km]")
@@ -165,7 +145,7 @@ class Earth(_Section):
         return None if self.greenwich_angle_deg is None else math.radians(self.greenwich_angle_deg)
 
 
-class Sun(_Section):
+class Sun(Section):
     """Direction to the Sun."""
 
     direction_eci: Annotated[Vector, AfterValidator(_unit)] | None = Field(
@@ -175,7 +155,7 @@ class Sun(_Section):
     )
 
 
-class Inertia(_Section):
+class Inertia(Section):
     """Inertia tensor about the centre of mass, body axes; xy is the tensor's entry J(1,2) itself."""
 
     xx: float = Field(default=0.05283, description="J(1,1) [kg m2]")
@@ -201,7 +181,7 @@ class Inertia(_Section):
         return np.array([[self.xx, self.xy, self.xz], [self.xy, self.yy, self.yz], [self.xz, self.yz, self.zz]])
 
 
-class Spacecraft(_Section):
+class Spacecraft(Section):
     """Nominal satellite: what is not fitted keeps these values, what is starts from them."""
 
     magnet_A_m2: Vector | None = Field(
@@ -252,14 +232,14 @@ class Spacecraft(_Section):
         return self.magnet_modulus_A_m2 * np.array(direction)
 
 
-class Albedo(_Section):
+class Albedo(Section):
     """Sunlight from the Earth; both factors are nominal values, the fit may free them."""
 
     specular: float = Field(default=0.0, ge=0, le=1, description="mirror reflectivity of the Earth [1]")
     diffuse: float = Field(default=0.0, ge=0, le=1, description="diffuse (Lambert) reflectivity of the Earth [1]")
 
 
-class Cleaning(_Section):
+class Cleaning(Section):
     """What is wrong in a file and what is left out by hand."""
 
     max_date_difference_days: Positive = Field(
@@ -282,7 +262,7 @@ class Cleaning(_Section):
     )
 
 
-class PriorSigma(_Section):
+class PriorSigma(Section):
     """Weak priors about the nominal values, 1-sigma."""
 
     magnet_A_m2: Positive = Field(default=0.05, description="each component [A m2]")
@@ -296,7 +276,7 @@ class PriorSigma(_Section):
     tilts_deg: Positive = Field(default=2.0, description="each turn of a panel [deg]")
 
 
-class Adaptive(_Section):
+class Adaptive(Section):
     """The adaptive weights of the program `als`, for a model without albedo, in place of `likelihood`."""
 
     on: bool = Field(default=False, description="use them")
@@ -325,7 +305,7 @@ class Adaptive(_Section):
     zero_turned_away: bool = Field(default=True, description="and those of panels turned away from the Sun")
 
 
-class Fit(_Section):
+class Fit(Section):
     """What is fitted, to which samples and how hard it is tried."""
 
     free: Annotated[str, BeforeValidator(_free)] = Field(
@@ -377,8 +357,8 @@ class Fit(_Section):
         return self
 
 
-class Config(_Section):
-    """All settings of `jaxsat prepare` and `jaxsat fit`."""
+class Config(Section):
+    """All settings of `jaxsat prepare`, `jaxsat fit` and `jaxsat simulate`; one file may serve them all."""
 
     orbit: Orbit = Orbit()
     time: Time = Time()
@@ -388,6 +368,11 @@ class Config(_Section):
     albedo: Albedo = Albedo()
     cleaning: Cleaning = Cleaning()
     fit: Fit = Fit()
+    simulate: Simulate = Simulate()
+
+    def of_a_fit(self) -> dict[str, Any]:
+        """All settings that a preparation or a fit reads, as plain values."""
+        return self.model_dump(mode="json", exclude={"simulate"})
 
     def cleaning_settings(self) -> CleaningSettings:
         """Settings of `clean`, with the limit on the sum of currents taken from the panels where it is left out."""

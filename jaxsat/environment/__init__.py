@@ -8,6 +8,10 @@ from jaxsat.environment.atmosphere import exponential_density as exponential_den
 from jaxsat.environment.atmosphere import height_above_ellipsoid as height_above_ellipsoid
 from jaxsat.environment.diffuse import DiffuseAlbedo as DiffuseAlbedo
 from jaxsat.environment.diffuse import diffuse_albedo as diffuse_albedo
+from jaxsat.environment.ephemeris import Ephemeris as Ephemeris
+from jaxsat.environment.ephemeris import apparent_moon as apparent_moon
+from jaxsat.environment.ephemeris import ephemeris as ephemeris
+from jaxsat.environment.ephemeris import sidereal_time as sidereal_time
 from jaxsat.environment.gravity import GravityField as GravityField
 from jaxsat.environment.gravity import egm2008 as egm2008
 from jaxsat.environment.magnetic import AbstractMagneticField as AbstractMagneticField

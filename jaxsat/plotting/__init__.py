@@ -7,5 +7,6 @@ from jaxsat.plotting.parameters import draw_parameters as draw_parameters
 from jaxsat.plotting.preparation import draw_coordinates as draw_coordinates
 from jaxsat.plotting.preparation import draw_magnetometers as draw_magnetometers
 from jaxsat.plotting.preparation import draw_orbit_residuals as draw_orbit_residuals
+from jaxsat.plotting.preparation import draw_orbit_stage as draw_orbit_stage
 from jaxsat.plotting.preparation import draw_panel_currents as draw_panel_currents
 from jaxsat.plotting.style import png_bytes as png_bytes

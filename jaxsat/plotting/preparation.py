@@ -86,20 +86,48 @@ def draw_orbit_residuals(t_s: np.ndarray, before_km: np.ndarray, after_km: np.nd
     """Returns measured minus computed positions [time 3], km: for the first elements above, the fitted ones below."""
     figure = new_figure(11.0, 6.4, "Orbit: measured minus computed position", subtitle)
     axes_pair = figure.subplots(2, 1, sharex=True, gridspec_kw=_FRAME)
-    stages = (("first elements, from energy, area and Laplace integrals", before_km), ("after least squares", after_km))
-    for axes, (name, residual) in zip(axes_pair, stages, strict=True):
-        axes.axhline(0.0, color="#8a8f98", linewidth=0.8)
-        for number, (axis, colour) in enumerate(AXIS_COLOURS.items()):
-            axes.plot(t_s, residual[:, number], ".-", color=colour, linewidth=0.9, markersize=4, label=axis.upper())
-        rms = float(np.sqrt(np.nanmean(residual**2)))
-        head(axes, f"{name}: RMS {rms:.3g} km per axis")
-        reach = 1.12 * float(np.nanmax(np.abs(residual))) or 1.0
-        axes.set_ylim(-reach, reach)
-        dress(axes, y_label="km")
+    for axes, (name, residual) in zip(axes_pair, zip(ORBIT_STAGES, (before_km, after_km), strict=True), strict=True):
+        _draw_residual(axes, t_s, residual, name)
     axes_pair[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=8.5, frameon=False)
     axes_pair[1].set_xlabel(TIME_LABEL, fontsize=9)
     axes_pair[1].set_xlim(*time_limits(t_s))
     return figure
+
+
+ORBIT_STAGES = ("first elements, from energy, area and Laplace integrals", "after least squares")
+
+
+def draw_orbit_stage(
+    t_s: np.ndarray, residual_km: np.ndarray, doubtful: np.ndarray, *, stage: str, subtitle: str = ""
+) -> Figure:
+    """Returns measured minus computed positions [time 3], km, of one of `ORBIT_STAGES` (Penkov et al. 2009, figs. 7-8).
+
+    Those that are `doubtful` [time] are crossed out; the scale is that of the others.
+    """
+    figure = new_figure(11.0, 4.2, "Orbit: measured minus computed position", subtitle)
+    axes = figure.add_axes((0.065, 0.12, 0.92, 0.68))
+    kept = np.where(doubtful[:, None], np.nan, residual_km)
+    _draw_residual(axes, t_s, kept, stage)
+    low, high = axes.get_ylim()
+    shown = np.clip(residual_km, 0.94 * low, 0.94 * high)
+    for number in range(3):
+        axes.plot(t_s[doubtful], shown[doubtful, number], "x", color=LEFT_OUT, markersize=6)
+    axes.plot([], [], "x", color=LEFT_OUT, label=f"doubtful, left out: {count_text(int(doubtful.sum()), 'point')}")
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, fontsize=8.5, frameon=False)
+    axes.set_xlabel(TIME_LABEL, fontsize=9)
+    axes.set_xlim(*time_limits(t_s))
+    return figure
+
+
+def _draw_residual(axes: Axes, t_s: np.ndarray, residual: np.ndarray, name: str) -> None:
+    axes.axhline(0.0, color="#8a8f98", linewidth=0.8)
+    for number, (axis, colour) in enumerate(AXIS_COLOURS.items()):
+        axes.plot(t_s, residual[:, number], ".-", color=colour, linewidth=0.9, markersize=4, label=axis.upper())
+    rms = float(np.sqrt(np.nanmean(residual**2)))
+    head(axes, f"{name}: RMS {rms:.3g} km per axis")
+    reach = 1.12 * float(np.nanmax(np.abs(residual))) or 1.0
+    axes.set_ylim(-reach, reach)
+    dress(axes, y_label="km")
 
 
 _FRAME = {"left": 0.065, "right": 0.985, "top": 0.86, "bottom": 0.075, "hspace": 0.22}

@@ -1,5 +1,8 @@
 """Sensors: what a satellite measures, noise apart."""
 
+from jaxsat.sensors.current_readings import current_readings as current_readings
+from jaxsat.sensors.current_readings import limited_currents as limited_currents
+from jaxsat.sensors.current_readings import uniform_noise as uniform_noise
 from jaxsat.sensors.limb import limb_distance as limb_distance
 from jaxsat.sensors.limb import limb_turn as limb_turn
 from jaxsat.sensors.limb import nadir_body as nadir_body
@@ -13,6 +16,9 @@ from jaxsat.sensors.sun_filter import SunFilter as SunFilter
 from jaxsat.sensors.sun_filter import blank_filter as blank_filter
 from jaxsat.sensors.sun_filter import corrected as corrected
 from jaxsat.sensors.sun_filter import predicted as predicted
+from jaxsat.sensors.sun_magnetic import attitude_from_sun_magnetic as attitude_from_sun_magnetic
+from jaxsat.sensors.sun_magnetic import sun_magnetic_angles as sun_magnetic_angles
+from jaxsat.sensors.sun_magnetic import sun_magnetic_axes as sun_magnetic_axes
 from jaxsat.sensors.sun_published import SunReading as SunReading
 from jaxsat.sensors.sun_published import published_direction as published_direction
 from jaxsat.sensors.sun_published import two_current_limit as two_current_limit

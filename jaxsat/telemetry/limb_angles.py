@@ -5,7 +5,6 @@ The angles are those of `jaxsat.sensors.limb`. A malformed row ends the reading 
 
 import hashlib
 import math
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +12,7 @@ import numpy as np
 
 from jaxsat.errors import InputError
 from jaxsat.telemetry.cleaning import Session
-from jaxsat.telemetry.text_file import read_small_file
+from jaxsat.telemetry.text_file import REAL, read_small_file
 from jaxsat.time import Epoch
 
 MAX_FILE_BYTES = 4 * 2**20
@@ -24,9 +23,6 @@ LARGEST_GAP_S = 0.5
 KIND = "limb angle"
 COLUMNS = ("utc", "distance_deg", "turn_deg")
 _LIMITS = {"distance_deg": (-90.0, 180.0), "turn_deg": (-360.0, 360.0)}
-_INSTANT = re.compile(r"([0-9]{4})-([0-9]{2})-([0-9]{2})T([0-9]{2}):([0-9]{2}):([0-9]{2}(?:\.[0-9]{1,9})?)Z?")
-# Stricter than float(), which takes nan, inf, 1_0 and the digits of other scripts.
-_REAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?")
 _SAME_INSTANT_S = 1e-3
 
 
@@ -145,21 +141,16 @@ def _cells(line: bytes, path: Path, row: int) -> list[str]:
 
 
 def _instant(text: str, path: Path, row: int) -> Epoch:
-    match = _INSTANT.fullmatch(text)
-    if match is None:
-        reason = f"expected a UTC instant such as 2001-01-18T04:54:15.000, found {_shown(text)}"
-        raise InputError(reason, file=path, row=row, field="utc")
-    year, month, day, hour, minute = (int(match[k]) for k in range(1, 6))
     try:
-        return Epoch.from_utc(year, month, day, hour, minute, float(match[6]))
+        return Epoch.from_iso(text)
     except ValueError as error:
-        raise InputError(f"{text}: {error}", file=path, row=row, field="utc") from None
+        raise InputError(str(error), file=path, row=row, field="utc") from None
 
 
 def _angle(text: str, name: str, path: Path, row: int) -> float:
     if not text:
         return math.nan
-    if not _REAL.fullmatch(text):
+    if not REAL.fullmatch(text):
         reason = f"expected a plain decimal number, or nothing where it is not measured, found {_shown(text)}"
         raise InputError(reason, file=path, row=row, field=name)
     low, high = _LIMITS[name]

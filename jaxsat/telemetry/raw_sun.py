@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from jaxsat.errors import InputError
-from jaxsat.telemetry.text_file import read_small_file
+from jaxsat.telemetry.text_file import REAL, read_small_file
 from jaxsat.telemetry.tle_lines import check_tle_lines
 from jaxsat.time import Epoch
 
@@ -44,8 +44,6 @@ _FIELDS = (
     *((f"magnetometer {axis} [uT]", -1e6, 1e6) for axis in ("By", "Bz")),
 )
 _INTEGER = re.compile(r"[0-9]{1,4}")
-# Stricter than float(), which takes nan, inf, 1_0 and the digits of other scripts.
-_REAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?")
 
 
 @dataclass(frozen=True)
@@ -148,7 +146,7 @@ def _parse_row(line: str, path: Path, row: int) -> list[float]:
     for token, (name, low, high) in zip(tokens, _FIELDS, strict=True):
         integer = isinstance(low, int)
         shown = repr(token if len(token) <= 24 else token[:24] + "...")
-        if not (_INTEGER if integer else _REAL).fullmatch(token):
+        if not (_INTEGER if integer else REAL).fullmatch(token):
             kind = "a whole number" if integer else "a plain decimal number"
             raise InputError(f"expected {kind}, found {shown}", file=path, row=row, field=name)
         value = float(token)

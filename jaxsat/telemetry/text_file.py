@@ -1,9 +1,13 @@
 """Reading a small text file whole, whatever is really there: every way it can go wrong is one `InputError`."""
 
+import re
 import stat
 from pathlib import Path
 
 from jaxsat.errors import InputError
+
+REAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?")
+"""A plain decimal number: stricter than float(), which takes nan, inf, 1_0 and the digits of other scripts."""
 
 
 def read_small_file(path: str | Path, *, limit_bytes: int, kind: str) -> bytes:

@@ -1,9 +1,15 @@
-"""Checks of the two lines of a NORAD element set: length, fields, checksum, agreement of the two."""
+"""The two lines of a NORAD element set: checks of length, fields, checksum and agreement; lines of given elements."""
 
+import math
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
+from sgp4.api import WGS72, Satrec
+from sgp4.exporter import export_tle
+
 from jaxsat.errors import InputError
+from jaxsat.time import Epoch
 
 LENGTH = 69
 
@@ -66,3 +72,46 @@ def check_tle_lines(lines: tuple[str, str], *, file: str | Path | None = None, f
 def checksum(line: str) -> int:
     """Sum of the digits of columns 1-68, minus signs counted as one, modulo ten."""
     return sum(int(c) if c.isdigit() else c == "-" for c in line[: LENGTH - 1]) % 10
+
+
+def element_lines(elements: Mapping[str, float], epoch: Epoch, *, mu: float) -> tuple[str, str]:
+    """Returns the element set with these elements at an epoch, its drag zero and its numbers 99999 and blank.
+
+    Keys are the leaves of `jaxsat.environment.KeplerOrbit`, SI. The elements are written as they are: taken for mean
+    ones by SGP4 they place a low satellite some kilometres off. Raises ValueError outside 1957 to 2056, which is what
+    two digits of the year can say.
+    """
+    if not 1957.0 <= epoch.decimal_year() < 2057.0:
+        raise ValueError(f"an element set tells years from 1957 to 2056, got {epoch.iso(0)}")
+    turn = 2.0 * math.pi
+    satellite = Satrec()
+    satellite.sgp4init(
+        WGS72,
+        "i",
+        99999,
+        epoch.utc1 + epoch.utc2 - _SGP4_DAY_0,
+        0.0,
+        0.0,
+        0.0,
+        elements["eccentricity"],
+        elements["argument_of_perigee"] % turn,
+        elements["inclination"],
+        elements["mean_anomaly"] % turn,
+        math.sqrt(mu / elements["semi_major_axis"] ** 3) * 60.0,
+        elements["raan"] % turn,
+    )
+    satellite.classification = "U"
+    return export_tle(satellite)
+
+
+_SGP4_DAY_0 = 2433281.5
+"""Julian date from which SGP4 counts days, 1949-12-31 0h."""
+
+
+def international_designator(line: str) -> str:
+    """Returns the designator in the first line as messages write it, `2000-075C`; empty where the line has none."""
+    match = re.fullmatch(r"([0-9]{2})([0-9]{3})([A-Z]{1,3}) *", line[9:17])
+    if match is None:
+        return ""
+    year = int(match[1])
+    return f"{year + (1900 if year >= 57 else 2000)}-{match[2]}{match[3]}"
