@@ -33,7 +33,8 @@ def law_of(parameters):
     """The law of a vector of parameters: logarithms, and the pole through a logistic function."""
     from jaxsat.control.emergency_law import EmergencyLaw
 
-    return EmergencyLaw(*jnp.exp(parameters[:4]), jax.nn.sigmoid(parameters[4]))
+    attitude, rate, fine, lead = jnp.exp(parameters[:4])
+    return EmergencyLaw(attitude, rate, fine, lead, jax.nn.sigmoid(parameters[4]))
 
 
 def parameters_of(values) -> np.ndarray:

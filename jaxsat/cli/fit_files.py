@@ -26,7 +26,6 @@ from jaxsat.cli.tables import parameter_rows
 from jaxsat.significant import unit_text
 
 if TYPE_CHECKING:
-    from fitting.orbit_fit import OrbitFit
     from fitting.profile import Profile
     from fitting.result import FitResult
     from jaxsat.cli.scene import Sky

@@ -159,7 +159,7 @@ def _summary(session: "Session", everything: "OrbitFit", kept: "OrbitFit") -> li
 
     total, dropped = session.t_s.size, int(kept.outlier.sum())
     table = plain_table("orbital element", "value", "1σ", "unit", right=(1,))
-    for row in element_rows(kept):
+    for row in element_rows(kept.elements, kept.sigma):
         table.add_row(*row)
     residuals = plain_table("position residuals, RMS of a coordinate", "before, m", "after, m", right=(1, 2))
     rows = {f"all {total} positions": everything}

@@ -14,11 +14,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.stored import Stored
-from jaxsat.cli.attitude_between import attitude_between
 from jaxsat.cli.inputs import surroundings
 from jaxsat.environment import CylinderShadow, magnetic_field_eci
 from jaxsat.environment.field_lines import field_line
 from jaxsat.frames import dcm_eci_from_ecef
+from jaxsat.telemetry.turning import attitude_between
 
 if TYPE_CHECKING:
     from fitting.observations import Observations
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from jaxsat.cli.settings import Config
 
 SCHEMA = "jaxsat.scene/1"
+LARGEST_TURN = np.radians(6.0)
+"""Between two attitudes that the page joins by a great arc [rad]."""
 TRACK, ELLIPSE, EDGES, LINES, SUNS = 513, 361, 4097, 97, 9
 """Instants along the arc and round the orbit; those that the shadow's edges, field lines and Sun are found at."""
 POINTS, SKIP = 120, 2
@@ -142,7 +144,7 @@ def scene_document(result: "FitResult", sky: Sky) -> dict[str, Any] | None:
     known = np.isfinite(q).all(axis=1) & np.isfinite(rate).all(axis=1)
     if known.sum() < 2:
         return None
-    t_nodes, q_nodes = attitude_between(result.t_s[known], q[known], rate[known])
+    t_nodes, q_nodes = attitude_between(result.t_s[known], q[known], rate[known], largest_turn=LARGEST_TURN)
     begin, end = sky.t_s
     # One list a line: x, y, z of its points one after the other.
     lines = None if sky.lines_m is None else np.rint(sky.lines_m / 1e3).astype(int).reshape(LINES, -1).tolist()

@@ -2,65 +2,49 @@
 
 import numpy as np
 from jaxtyping import Float
+from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
+
+NODE_STEP_S, MOST_NODES = 20.0, 20000
+"""Largest time between two nodes, and their number, which goes first."""
 
 
 def attitude_between(
     t_s: Float[np.ndarray, "time"],
-    q_inertial_from_body: Float[np.ndarray, "time 4"],
-    angular_velocity: Float[np.ndarray, "time 3"],
+    quaternion_inertial_from_body: Float[np.ndarray, "time 4"],
+    angular_velocity_rad_s: Float[np.ndarray, "time 3"],
     *,
     largest_turn: float,
-) -> tuple[Float[np.ndarray, "fine"], Float[np.ndarray, "fine 4"]]:
-    """Returns times and quaternions, scalar first, the samples among them, no two further apart than about a turn.
+) -> tuple[Float[np.ndarray, "nodes"], Float[np.ndarray, "nodes 4"]]:
+    """Returns times and attitudes of nodes at most about `largest_turn` [rad] apart; every sample is one.
 
-    `largest_turn` [rad]. Between two samples the rotation vector from the first is a cubic with the angular velocities
-    (body axes [rad/s]) at both ends, its number of whole turns that of the mean angular velocity: right where that
-    changes by less than half a turn over the interval.
+    The rates, body axes, are joined by a cubic spline and integrated from each sample to the next; what then misses
+    the next attitude is spread evenly over the interval. Turns of more than half a revolution are so kept, which great
+    arcs from sample to sample would take the short way round. In long gaps the motion is a guess.
     """
-    attitudes = Rotation.from_quat(np.roll(q_inertial_from_body, -1, axis=1))
-    step = np.diff(t_s)[:, None]
-    turn = (attitudes[:-1].inv() * attitudes[1:]).as_rotvec()
-    expected = 0.5 * (angular_velocity[:-1] + angular_velocity[1:]) * step
-    turn = _with_whole_turns(turn, expected)
-    start = angular_velocity[:-1] * step
-    end = _rotation_vector_rate(turn, angular_velocity[1:] * step)
-    counts = np.maximum(1, np.ceil(1.2 * np.linalg.norm(turn, axis=1) / largest_turn).astype(int))
-    piece = np.repeat(np.arange(len(counts)), counts)
-    x = (np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[piece]
-    x1 = x[:, None]
-    # Hermite's cubic from zero: its value is `turn` at x = 1, its slopes are `start` and `end`.
-    vector = (
-        x1 * (1.0 - x1) ** 2 * start[piece] + x1**2 * (3.0 - 2.0 * x1) * turn[piece] - x1**2 * (1.0 - x1) * end[piece]
-    )
-    fine = attitudes[piece] * Rotation.from_rotvec(vector)
-    times = np.append(t_s[piece] + x * step[piece, 0], t_s[-1])
-    q = np.vstack([fine.as_quat(), attitudes[-1:].as_quat()])
-    return times, np.roll(q, 1, axis=1)
+    q = np.roll(quaternion_inertial_from_body, -1, axis=1)
+    if len(t_s) < 2:
+        return t_s, quaternion_inertial_from_body
+    dt = np.diff(t_s)
+    speed = np.linalg.norm(angular_velocity_rad_s, axis=1)
+    turn = 1.02 * np.maximum(speed[1:], speed[:-1]) * dt
+    count = np.ceil(np.maximum(turn / largest_turn, dt / NODE_STEP_S))
+    count = np.clip(count, 1, max(1, MOST_NODES // len(dt))).astype(int)
+    rate = CubicSpline(t_s, angular_velocity_rad_s)
 
+    first = Rotation.from_quat(q[:-1])
+    turned = [Rotation.identity(len(dt))]
+    for k in range(count.max()):
+        h = np.where(k < count, dt / count, 0.0)
+        middle = rate(t_s[:-1] + (k + 0.5) * dt / count)
+        turned.append(turned[-1] * Rotation.from_rotvec(np.where(k < count, h, 0.0)[:, None] * middle))
+    missed = (turned[-1].inv() * first.inv() * Rotation.from_quat(q[1:])).as_rotvec()
 
-def _with_whole_turns(turn: np.ndarray, expected: np.ndarray) -> np.ndarray:
-    """The rotation vector of the same rotation that is nearest the expected one."""
-    angle = np.linalg.norm(turn, axis=1)
-    known = angle > 1e-9
-    # Of no rotation at all the axis is the expected one.
-    far = np.linalg.norm(expected, axis=1)
-    axis = np.where(
-        known[:, None], turn / np.where(known, angle, 1.0)[:, None], expected / np.where(far > 0, far, 1.0)[:, None]
-    )
-    whole = np.round((np.sum(axis * expected, axis=1) - angle) / (2.0 * np.pi))
-    return turn + 2.0 * np.pi * whole[:, None] * axis
-
-
-def _rotation_vector_rate(turn: np.ndarray, rate: np.ndarray) -> np.ndarray:
-    """Derivative of a rotation vector under a rate in body axes (Bortz 1971): w + v x w / 2 + c(v) v x (v x w)."""
-    angle = np.linalg.norm(turn, axis=1)[:, None]
-    small = angle < 1e-3
-    safe = np.where(small, 1.0, angle)
-    half = np.sin(0.5 * safe)
-    # At whole turns the vector's rate across itself has a pole: there the cubic takes the rate as it is.
-    regular = (angle < 1.0) | (np.abs(half) > 0.1)
-    factor = (1.0 - 0.5 * safe * np.cos(0.5 * safe) / np.where(regular, half, 1.0)) / safe**2
-    factor = np.where(small, 1.0 / 12.0, factor)
-    across = np.cross(turn, rate)
-    return rate + np.where(regular, 0.5 * across + factor * np.cross(turn, across), 0.0)
+    times, attitudes = np.empty((len(dt), count.max())), np.empty((len(dt), count.max(), 4))
+    for k in range(count.max()):
+        share = np.minimum(k / count, 1.0)
+        times[:, k] = t_s[:-1] + share * dt
+        attitudes[:, k] = (first * turned[k] * Rotation.from_rotvec(share[:, None] * missed)).as_quat()
+    inside = np.arange(count.max()) < count[:, None]
+    nodes = np.vstack([attitudes[inside], q[-1:]])
+    return np.append(times[inside], t_s[-1]), np.roll(nodes, 1, axis=1)

@@ -77,7 +77,8 @@ def test_motion_of_one_orbit_is_that_of_scipy():
     @jax.jit
     def run(q, w):
         def step(state, nodes):
-            return moved(VEHICLE, nodes, *state, jnp.asarray(dipole)), None
+            q, w = state
+            return moved(VEHICLE, nodes, q, w, jnp.asarray(dipole)), None
 
         parts = (slice(0, -1, 2), slice(1, None, 2), slice(2, None, 2))
         nodes = tuple(jax.tree.map(lambda leaf, part=part: leaf[part][:count], AROUND) for part in parts)
@@ -128,7 +129,7 @@ def test_books_balance():
         return Rotation.from_quat([*q[1:], q[0]]).apply(J @ w), 0.5 * w @ J @ w
 
     (h0, e0), (h1, e1) = momentum(state), momentum(after)
-    np.testing.assert_allclose(h1, h0, atol=1e-9 * np.linalg.norm(h0))
+    np.testing.assert_allclose(h1, h0, atol=1e-9 * float(np.linalg.norm(h0)))
     assert e1 == pytest.approx(e0, rel=1e-9)
 
     state = start(20.0, (0.6, 0.0, 0.8))
@@ -213,7 +214,8 @@ def test_slope_of_the_closed_loop_against_differences():
     state = start(20.0, (0.6, 0.0, 0.8))
 
     def last(logs):
-        law = EmergencyLaw(*jnp.exp(logs), jnp.asarray(0.6))
+        a, b, c, d = jnp.exp(logs)
+        law = EmergencyLaw(a, b, c, d, 0.6)
         return run_leg(law, ALWAYS_ON, VEHICLE, around, state)[1].error[-1]
 
     both = jax.jit(lambda logs: (last(logs), jax.jacfwd(last)(logs)))

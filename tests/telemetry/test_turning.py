@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from jaxsat.cli.attitude_between import MOST_NODES, NODE_ANGLE_DEG, attitude_between
+from jaxsat.telemetry.turning import MOST_NODES, attitude_between
+
+TURN = np.radians(6.0)
 
 
 def top(t: np.ndarray, spin: float, across: float = 0.004) -> tuple[np.ndarray, np.ndarray]:
@@ -30,11 +32,11 @@ def error_deg(t: np.ndarray, q: np.ndarray, spin: float) -> np.ndarray:
 def test_nodes_lie_on_the_motion(spin, limit_deg):
     t = np.array([0.0, 64.0, 128.0, 192.0, 320.0, 384.0, 448.0])
     q, rate = top(t, spin)
-    nodes, attitudes = attitude_between(t, q, rate)
+    nodes, attitudes = attitude_between(t, q, rate, largest_turn=TURN)
     assert error_deg(nodes, attitudes, spin).max() < limit_deg
     assert np.all(np.diff(nodes) > 0.0) and set(t) <= set(nodes)
     turns = 2.0 * np.arccos(np.minimum(np.abs(np.sum(attitudes[1:] * attitudes[:-1], axis=1)), 1.0))
-    assert np.degrees(turns).max() < 1.1 * NODE_ANGLE_DEG
+    assert turns.max() < 1.1 * TURN
     arcs = Slerp(t, Rotation.from_quat(np.roll(q, -1, axis=1)))(nodes)
     assert error_deg(nodes, np.roll(arcs.as_quat(), 1, axis=1), spin).max() > 4.0 * limit_deg
 
@@ -44,7 +46,7 @@ def test_samples_are_kept_even_where_rates_disagree():
     q = rng.normal(size=(5, 4))
     q /= np.linalg.norm(q, axis=1, keepdims=True)
     t = 64.0 * np.arange(5)
-    nodes, attitudes = attitude_between(t, q, rng.normal(scale=0.02, size=(5, 3)))
+    nodes, attitudes = attitude_between(t, q, rng.normal(scale=0.02, size=(5, 3)), largest_turn=TURN)
     at = np.searchsorted(nodes, t)
     np.testing.assert_allclose(np.abs(np.sum(attitudes[at] * q, axis=1)), 1.0, atol=1e-12)
 
@@ -52,6 +54,6 @@ def test_samples_are_kept_even_where_rates_disagree():
 def test_long_sessions_stay_small_and_short_ones_work():
     t = 10.0 * np.arange(15000)
     q, rate = top(t, 0.03)
-    assert len(attitude_between(t, q, rate)[0]) <= MOST_NODES + 1
-    nodes, attitudes = attitude_between(t[:1], q[:1], rate[:1])
+    assert len(attitude_between(t, q, rate, largest_turn=TURN)[0]) <= MOST_NODES + 1
+    nodes, attitudes = attitude_between(t[:1], q[:1], rate[:1], largest_turn=TURN)
     assert nodes.tolist() == [0.0] and attitudes.shape == (1, 4)
