@@ -17,6 +17,9 @@ SCENARIOS: dict[str, Entry] = {
     "sun-pointing": Entry(
         "jaxsat.cli.sun_pointing:make", "a spacecraft with a pyramid Sun sensor finds the Sun and holds it"
     ),
+    "emergency-mode": Entry(
+        "jaxsat.cli.emergency_mode:make", "a satellite with magnetic coils turns into its orbital attitude"
+    ),
     "gravity-gradient": Entry(
         "jaxsat.cli.gravity_gradient:make", "a satellite under gravity gradient, let go at random: upright or tumbling"
     ),

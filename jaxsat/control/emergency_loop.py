@@ -1,6 +1,7 @@
 """The emergency mode a control period at a time: measure, filter, decide, switch the dipole, move (Somov 2018)."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import equinox as eqx
@@ -28,6 +29,8 @@ from jaxsat.math import cross, quaternion
 from jaxsat.math.runge_kutta import RK4, runge_kutta_step
 from jaxsat.torques import gravity_gradient_torque, solar_pressure_torque
 
+Actuator = Callable[[Float[Array, "3"], Float[Array, "3"], Float[Array, ""]], Float[Array, "3"]]
+"""Dipole [A m^2] for a torque [N m], a field [T] and the largest dipole, as `actuator_dipole`."""
 NOISES = 9
 """Random numbers of one control period: attitude, rate and field, three axes each."""
 
@@ -128,16 +131,17 @@ def one_period(
     noise: Float[Array, "9"] | None,
     *,
     periods: int = 1,
+    actuator: Actuator = actuator_dipole,
 ) -> tuple[EmergencyState, Sample]:
     """One control period of 16 s, from its begin over its middle to its end; `noise` are unit normal numbers.
 
-    Where the actuator is off several `periods` may be taken in one step.
+    Where the actuator is off several `periods` may be taken in one step. `actuator` gives the dipole for a torque.
     """
     period = periods * CONTROL_PERIOD_S
     active, calm = supervised(supervisor, state, period)
     seen = state.seen
     torque, memory = wanted_torque(law, vehicle.assumed_inertia, seen.error, seen.rate_error, state.memory, period)
-    dipole = actuator_dipole(torque, seen.b_field_body, law.max_dipole)
+    dipole = actuator(torque, seen.b_field_body, law.max_dipole)
     dipole = jnp.where(active, dipole, 0.0)
 
     q, w = moved(vehicle, nodes, state.quaternion, state.angular_velocity, dipole, period)

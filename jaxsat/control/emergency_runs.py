@@ -8,9 +8,10 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, Key
 
 from jaxsat.control.emergency_law import EmergencyLaw
-from jaxsat.control.emergency_loop import NOISES, EmergencyState, Sample, Supervisor, one_period, supervised
+from jaxsat.control.emergency_loop import NOISES, Actuator, EmergencyState, Sample, Supervisor, one_period, supervised
 from jaxsat.control.emergency_orbit import Flight, Leg, leg
-from jaxsat.control.emergency_vehicle import CONTROL_PERIOD_S, EmergencyVehicle
+from jaxsat.control.emergency_vehicle import EmergencyVehicle
+from jaxsat.control.magnetic_actuator import actuator_dipole
 
 QUIET = 4
 """Control periods that one step takes while the actuator is off, 64 s: librations lose 0.3 % a year by it."""
@@ -23,6 +24,8 @@ def run_leg(
     around: Leg,
     state: EmergencyState,
     key: Key[Array, ""] | None = None,
+    *,
+    actuator: Actuator = actuator_dipole,
 ) -> tuple[EmergencyState, Sample]:
     """One satellite over a leg: its state at the end, and samples with the control periods in front.
 
@@ -32,7 +35,7 @@ def run_leg(
 
     def advance(state, given):
         number, nodes = given
-        return one_period(law, supervisor, vehicle, nodes, state, _noise(key, number))
+        return one_period(law, supervisor, vehicle, nodes, state, _noise(key, number), actuator=actuator)
 
     return jax.lax.scan(advance, state, (jnp.arange(len(nodes[0].orbit_rate)), nodes))
 
@@ -104,8 +107,3 @@ def _triples(around: Leg, periods: int) -> tuple[Leg, Leg, Leg]:
 
 def _noise(key: Key[Array, ""] | None, number: Int[Array, ""]) -> Float[Array, "9"] | None:
     return None if key is None else jax.random.normal(jax.random.fold_in(key, number), (NOISES,))
-
-
-def times_s(samples: int, first: int = 0) -> list[float]:
-    """Times of the samples of `run_years`, of so many from control period `first` [s]."""
-    return [CONTROL_PERIOD_S * (first + QUIET * (k + 1)) for k in range(samples)]
