@@ -1,6 +1,6 @@
 """Time of the local attitude programs on many samples: wall clock, and processor time for busy machines.
 
-    .venv/bin/python experiments/benchmarks/local_programs.py --samples 10000 --out out/local-programs.json
+.venv/bin/python experiments/benchmarks/local_programs.py --samples 10000 --out out/local-programs.json
 """
 
 import argparse

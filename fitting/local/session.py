@@ -1,5 +1,6 @@
 """The local methods on all samples of a session at once, in chunks on all cores."""
 
+import dataclasses
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -13,7 +14,10 @@ import numpy as np
 
 from fitting.local.five_parameter import MIN_CURRENT_MA, MIN_PANELS, compromise_start, fit_five_parameters
 from fitting.local.roll_search import roll_minima
-from fitting.local.solutions import LocalSolutions, ranked
+from fitting.local.shares import explained
+from fitting.local.solutions import AMBIGUOUS, LocalSolutions, ranked
+from fitting.local.sun_and_field import SOLVED, TWO_SIGNS, sun_and_field_attitude
+from fitting.local.sun_and_field import STATUSES as SUN_FIELD_STATUSES
 from fitting.local.sun_body import SIDES, possible_sides, sun_on_sides
 from jaxsat.environment import LightTable
 from jaxsat.sensors.solar_panels import Albedo, direct_currents
@@ -22,6 +26,9 @@ from jaxsat.spacecraft import SolarPanels
 CHUNK = 512
 DARK = "no panel shows light"
 FEW_PANELS = f"fewer than {MIN_PANELS} panels show {MIN_CURRENT_MA:g} mA"
+MORE_ROUNDS, ARRIVED, HOPELESS = 4, 1e-5, 5.0
+"""Further rounds of the search, for starts that have more than `ARRIVED` [rad] to go and leave less than `HOPELESS`
+times what the best one of the sample does, or the noise."""
 _UNSEEN = 1e-9
 """Of the largest eigenvalue: below it, an eigenvalue of the information is zero but for rounding."""
 
@@ -82,11 +89,23 @@ def solve_five_parameters(
     light = jax.tree.map(lambda leaf: np.asarray(leaf)[number], samples.light)
     limit = None if max_albedo is None else jnp.asarray(max_albedo)
     weight = None if direct_sigma is None else jnp.asarray(samples.noise / direct_sigma)
-    found, consistent = _in_chunks(
-        _fits,
-        (samples.currents[number], samples.b_field_eci[number], light, SIDES[side], sign),
-        (samples.panels, samples.earth, limit, weight),
-    )
+    measured, positive = samples.currents[number], SIDES[side]
+    starts = _in_chunks(_starts, (measured, samples.b_field_eci[number], light.sun_eci, positive, sign), ())
+    fixed = (samples.panels, samples.earth, limit, weight)
+    found, consistent = _in_chunks(_fits, (starts, measured, light, positive), fixed)
+    for _ in range(MORE_ROUNDS):
+        rms = np.where(consistent, found.fit.rms, np.inf)
+        best = np.full(len(samples.currents), np.inf)
+        np.minimum.at(best, number, rms)
+        hopeful = found.fit.rms < HOPELESS * np.maximum(best[number], samples.noise)
+        on = np.flatnonzero(hopeful & (found.slope > ARRIVED) & (found.fit.rms > 1e-6 * samples.noise))
+        if not len(on):
+            break
+        part = (found.fit.quaternion[on], measured[on], jax.tree.map(lambda leaf, on=on: leaf[on], light), positive[on])
+        further, agrees = _in_chunks(_fits, part, fixed)
+        for whole, new in zip(jax.tree.leaves(found), jax.tree.leaves(further), strict=True):
+            whole[on] = new
+        consistent[on] = agrees
     place = 2 * np.concatenate([np.arange(k) for k in allowed.sum(axis=1)] or [[]]).astype(int).repeat(2)
     place += np.arange(len(place)) % 2
     shape = (len(samples.currents), max(2 * int(allowed.sum(axis=1).max(initial=0)), 1))
@@ -110,6 +129,61 @@ def solve_five_parameters(
     )
 
 
+def solve_sun_field(
+    samples: LocalSamples,
+    field_body: np.ndarray,
+    *,
+    sun_sigma: float,
+    field_sigma: float,
+    max_albedo: float = 1.0,
+) -> LocalSolutions:
+    """Attitude of each sample from the Sun that the currents show and magnetometers (`OrSB`).
+
+    `field_body` [samples 3] [T], NaN where an axis is not measured; see `sun_and_field_attitude`. The rms and the
+    factors are those of the currents at that attitude.
+    """
+    found, fit = _in_chunks(
+        _directions,
+        (samples.currents, field_body, samples.b_field_eci, samples.light),
+        (samples.panels, samples.earth, *map(jnp.asarray, (sun_sigma, field_sigma, max_albedo))),
+    )
+    usable = np.isin(found.status, [SOLVED, TWO_SIGNS])
+    # With three axes, or one sign plainly wrong, there is one candidate.
+    rms = np.where(usable[:, None], fit.rms, np.inf)
+    rms[found.status == SOLVED, 1] = np.inf
+    sigma = np.sqrt(np.max(np.linalg.eigvalsh(np.where(usable[:, None, None, None], found.covariance, 0.0)), axis=-1))
+    reasons = {k: SUN_FIELD_STATUSES[found.status[k]] for k in np.flatnonzero(~usable).tolist()}
+    result = ranked(
+        found.quaternion,
+        rms,
+        (fit.direct, fit.albedo),
+        sigma,
+        b_field_eci=samples.b_field_eci,
+        noise=samples.noise,
+        unsolved=reasons,
+    )
+    two = (found.status == TWO_SIGNS) & (result.count > 1)
+    status = tuple(AMBIGUOUS if k else s for k, s in zip(two, result.status, strict=True))
+    reason = tuple(SUN_FIELD_STATUSES[TWO_SIGNS] if k else r for k, r in zip(two, result.reason, strict=True))
+    return dataclasses.replace(result, status=status, reason=reason)
+
+
+@eqx.filter_jit
+def _directions(arrays, fixed):
+    panels, earth, sun_sigma, field_sigma, max_albedo = fixed
+
+    def one(measured, field_body, field, light):
+        # The stronger panel of each pair; no light at all is a Sun of zeros.
+        light_seen = jnp.where(jnp.max(measured) >= 1e-3 * MIN_CURRENT_MA, measured, 0.0) / panels.gains
+        sun = sun_on_sides(light_seen, light_seen[0::2] >= light_seen[1::2])
+        sun = sun * (light.illumination > 0.0)
+        found = sun_and_field_attitude(sun, field_body, light.sun_eci, field, sun_sigma, field_sigma)
+        fit = jax.vmap(lambda q: explained(q, measured, panels, earth, light, max_albedo))(found.quaternion)
+        return found, fit
+
+    return jax.vmap(one)(*arrays)
+
+
 @eqx.filter_jit
 def _rolls(arrays, fixed):
     panels, earth, max_albedo = fixed
@@ -117,11 +191,17 @@ def _rolls(arrays, fixed):
 
 
 @eqx.filter_jit
+def _starts(arrays, _):
+    return jax.vmap(
+        lambda m, field, sun_eci, positive, sign: compromise_start(sun_on_sides(m, positive), field, sun_eci, sign)
+    )(*arrays)
+
+
+@eqx.filter_jit
 def _fits(arrays, fixed):
     panels, earth, limit, weight = fixed
 
-    def one(measured, field, light, positive, sign):
-        start = compromise_start(sun_on_sides(measured, positive), field, light.sun_eci, sign)
+    def one(start, measured, light, positive):
         sunny = jnp.stack([positive, ~positive], axis=1).ravel().astype(measured.dtype)
         found = fit_five_parameters(
             start, measured, panels, earth, light, sunny=sunny, max_albedo=limit, direct_weight=weight

@@ -31,6 +31,15 @@ def mirror_earth() -> Albedo:
     return Albedo(jnp.asarray(1.0), jnp.asarray(0.0))
 
 
+def mirror_light(light: LightTable) -> LightTable:
+    """The same light without the patches of diffuse light, of which a mirror has none: they would be summed for 0."""
+    return eqx.tree_at(
+        lambda t: (t.diffuse_direction_eci, t.diffuse_weight),
+        light,
+        (light.diffuse_direction_eci[..., :0, :], light.diffuse_weight[..., :0]),
+    )
+
+
 def nonnegative_factors(
     first: Float[Array, " n"], second: Float[Array, " n"], measured: Float[Array, " n"]
 ) -> tuple[Float[Array, ""], Float[Array, ""]]:

@@ -1,4 +1,4 @@
-"""Attitude from the Sun's direction in body axes and two or three magnetometers (`OrSB`, Penkov et al. 2009, sec. 3.3)."""
+"""Attitude from the Sun in body axes and two or three magnetometers (`OrSB` of Penkov et al. 2009, sec. 3.3)."""
 
 import equinox as eqx
 import jax

@@ -5,14 +5,13 @@ the angle needs these three numbers of each panel and no rotation at all.
 """
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from fitting.local.shares import Limit, factors_from_products
 from fitting.local.vectors import triad
 from jaxsat.environment import LightTable
-from jaxsat.math import cross, quaternion, safe_norm, unit
+from jaxsat.math import cross, quaternion, unit
 from jaxsat.sensors.solar_panels import Albedo
 from jaxsat.spacecraft import SolarPanels
 

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from cyclopts import App, CycloptsError
 
 from jaxsat.cli.fit import fit
+from jaxsat.cli.local import local
 from jaxsat.cli.prepare import prepare
 from jaxsat.cli.sweep import sweep
 from jaxsat.errors import InputError
@@ -46,6 +47,7 @@ app = App(
 )
 app.command(fit)
 app.command(prepare)
+app.command(local)
 app.command(sweep)
 app.command(config)
 

@@ -2,6 +2,7 @@
 
 from jaxsat.plotting.currents import draw_currents as draw_currents
 from jaxsat.plotting.field_angle import draw_field_angle as draw_field_angle
+from jaxsat.plotting.local_attitudes import draw_local_attitudes as draw_local_attitudes
 from jaxsat.plotting.parameters import draw_parameters as draw_parameters
 from jaxsat.plotting.preparation import draw_coordinates as draw_coordinates
 from jaxsat.plotting.preparation import draw_magnetometers as draw_magnetometers
