@@ -81,6 +81,7 @@ def programs(count: int) -> dict:
     return {
         "field roll (OrbfiGraf)": lambda: solve_field_roll(samples),
         "five parameters (OptLoc)": lambda: solve_five_parameters(samples),
+        "the same, x both ways": lambda: solve_five_parameters(samples, directions=(1.0, -1.0)),
         "Sun and 3 axes (OrSB)": lambda: jax.block_until_ready(
             solve(sun_body, field_body, light.sun_eci, field, *sigmas)
         ),

@@ -23,6 +23,10 @@ LEVELS, POINTS = 6, 9
 """Each finer scan covers one step of the last to both sides with `POINTS` rolls: 6 of them end at 0.001 deg."""
 
 
+BOTH = (1.0, -1.0)
+"""Body x along the field and against it."""
+
+
 class RollMinima(eqx.Module):
     """Rolls that explain one sample, the best first; where there are fewer, the rest have an infinite rms."""
 
@@ -84,13 +88,14 @@ def roll_minima(
     light: LightTable,
     max_albedo: Float[Array, ""],
     *,
+    directions: tuple[float, ...] = BOTH,
     keep: int = 4,
 ) -> RollMinima:
-    """The `keep` best minima over the roll, in both directions of x, by scans that grow finer around each.
+    """The `keep` best minima over the roll, in the given directions of x, by scans that grow finer around each.
 
     `earth` is the pattern of the albedo, `max_albedo` its largest factor over that of the direct light (`albedomax`).
     """
-    signs = jnp.array([1.0, -1.0], dtype=measured.dtype)
+    signs = jnp.array(directions, dtype=measured.dtype)
     step = 2.0 * np.pi / COARSE_ROLLS
     x_body = jnp.array([1.0, 0.0, 0.0], dtype=measured.dtype)
 
@@ -98,7 +103,7 @@ def roll_minima(
         base = field_aligned(b_field_eci, jnp.zeros_like(sign), sign)
         return turn_about(base, x_body, panels, earth, light)
 
-    turns = turn(signs[0]), turn(signs[1])
+    turns = [turn(sign) for sign in signs]
     coarse = step * jnp.arange(COARSE_ROLLS, dtype=measured.dtype)
     cosines, sines = jnp.cos(coarse), jnp.sin(coarse)
     found = jnp.stack([turn.squares(cosines, sines, measured, max_albedo) for turn in turns])
@@ -111,7 +116,7 @@ def roll_minima(
     ways = best // COARSE_ROLLS
 
     def refined(roll, way):
-        turn = jax.tree.map(lambda a, b: jnp.where(way == 0, a, b), *turns)
+        turn = jax.tree.map(lambda *of: jnp.where(way == 0, of[0], of[-1]), *turns)
 
         c, s = jnp.cos(roll), jnp.sin(roll)
         for level in range(LEVELS):

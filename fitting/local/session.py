@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.local.five_parameter import MIN_CURRENT_MA, MIN_PANELS, compromise_start, fit_five_parameters
-from fitting.local.roll_search import roll_minima
+from fitting.local.roll_search import BOTH, roll_minima
 from fitting.local.shares import explained
 from fitting.local.solutions import AMBIGUOUS, LocalSolutions, ranked
 from fitting.local.sun_and_field import SOLVED, TWO_SIGNS, sun_and_field_attitude
@@ -24,6 +24,7 @@ from jaxsat.sensors.solar_panels import Albedo, direct_currents
 from jaxsat.spacecraft import SolarPanels
 
 CHUNK = 512
+ALONG = (1.0,)
 DARK = "no panel shows light"
 FEW_PANELS = f"fewer than {MIN_PANELS} panels show {MIN_CURRENT_MA:g} mA"
 MORE_ROUNDS, ARRIVED, HOPELESS = 4, 1e-5, 5.0
@@ -49,12 +50,14 @@ class LocalSamples:
     """1-sigma of a current [A]."""
 
 
-def solve_field_roll(samples: LocalSamples, *, max_albedo: float = 1.0) -> LocalSolutions:
-    """Attitude of each sample with x along the field or against it (`OrbfiGraf`); see `roll_minima`."""
+def solve_field_roll(
+    samples: LocalSamples, *, max_albedo: float = 1.0, directions: tuple[float, ...] = BOTH
+) -> LocalSolutions:
+    """Attitude of each sample with x along the field, +1, or against it, -1 (`OrbfiGraf`); see `roll_minima`."""
     minima = _in_chunks(
         _rolls,
         (samples.currents, samples.b_field_eci, samples.light),
-        (samples.panels, samples.earth, jnp.asarray(max_albedo)),
+        (samples.panels, samples.earth, jnp.asarray(max_albedo), directions),
     )
     dark = np.max(samples.currents, axis=1, initial=0.0) < 1e-3 * MIN_CURRENT_MA
     rms = np.where(dark[:, None], np.inf, minima.fit.rms)
@@ -73,19 +76,25 @@ def solve_field_roll(samples: LocalSamples, *, max_albedo: float = 1.0) -> Local
 
 
 def solve_five_parameters(
-    samples: LocalSamples, *, max_albedo: float | None = None, direct_sigma: float | None = None
+    samples: LocalSamples,
+    *,
+    max_albedo: float | None = None,
+    direct_sigma: float | None = None,
+    directions: tuple[float, ...] = ALONG,
 ) -> LocalSolutions:
     """Attitude and two factors of each sample with enough panels lit (`OptLoc`); see `fit_five_parameters`.
 
-    Every assignment of the pairs that both show light is tried, with x along the field and against it; solutions in
-    which the Sun lights a panel that was said to show the Earth's light only are dropped. `direct_sigma` is the
-    relative 1-sigma of the panels' largest current where it is known: the factor of the direct light is then near 1.
+    Every assignment of the pairs that both show light is tried, with x at the start in the given `directions`, +1 along
+    the field as published; solutions in which the Sun lights a panel that was said to show the Earth's light only are
+    dropped. `direct_sigma` is the relative 1-sigma of the panels' largest current where it is known: the factor of the
+    direct light is then near 1.
     """
     enough = np.sum(samples.currents >= 1e-3 * MIN_CURRENT_MA, axis=1) >= MIN_PANELS
     allowed = possible_sides(samples.currents, 1e-3 * MIN_CURRENT_MA) & enough[:, None]
     number, side = np.nonzero(allowed)
-    number, side = np.repeat(number, 2), np.repeat(side, 2)
-    sign = np.tile([1.0, -1.0], len(number) // 2)
+    ways = len(directions)
+    sign = np.tile(directions, len(number))
+    number, side = np.repeat(number, ways), np.repeat(side, ways)
     light = jax.tree.map(lambda leaf: np.asarray(leaf)[number], samples.light)
     limit = None if max_albedo is None else jnp.asarray(max_albedo)
     weight = None if direct_sigma is None else jnp.asarray(samples.noise / direct_sigma)
@@ -106,9 +115,9 @@ def solve_five_parameters(
         for whole, new in zip(jax.tree.leaves(found), jax.tree.leaves(further), strict=True):
             whole[on] = new
         consistent[on] = agrees
-    place = 2 * np.concatenate([np.arange(k) for k in allowed.sum(axis=1)] or [[]]).astype(int).repeat(2)
-    place += np.arange(len(place)) % 2
-    shape = (len(samples.currents), max(2 * int(allowed.sum(axis=1).max(initial=0)), 1))
+    # Each sample's starts stand one after another: the place among them is the distance from the first.
+    place = np.arange(len(number)) - np.searchsorted(number, number)
+    shape = (len(samples.currents), max(ways * int(allowed.sum(axis=1).max(initial=0)), 1))
 
     def spread(values, empty):
         full = np.full((*shape, *values.shape[1:]), empty)
@@ -186,8 +195,12 @@ def _directions(arrays, fixed):
 
 @eqx.filter_jit
 def _rolls(arrays, fixed):
-    panels, earth, max_albedo = fixed
-    return jax.vmap(lambda m, b, light: roll_minima(m, b, panels, earth, light, max_albedo))(*arrays)
+    panels, earth, max_albedo, directions = fixed
+
+    def one(measured, field, light):
+        return roll_minima(measured, field, panels, earth, light, max_albedo, directions=directions)
+
+    return jax.vmap(one)(*arrays)
 
 
 @eqx.filter_jit

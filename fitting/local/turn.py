@@ -5,10 +5,11 @@ the angle needs these three numbers of each panel and no rotation at all.
 """
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from fitting.local.shares import Limit, factors_from_products
+from fitting.local.shares import Limit, LocalFit, explained, factors_from_products, patterns
 from fitting.local.vectors import triad
 from jaxsat.environment import LightTable
 from jaxsat.math import cross, quaternion, unit
@@ -100,6 +101,37 @@ def initial_attitude(axis_eci: Float[Array, "3"], axis_body: Float[Array, "3"]) 
     return triad(own, second, toward, across)
 
 
-def field_in_body(q_inertial_from_body: Float[Array, "4"], b_field_eci: Float[Array, "3"]) -> Float[Array, "3"]:
-    """What three magnetometers would read at an attitude, body axes, unit of the field (an output of `OrS`)."""
-    return quaternion.rotate_inverse(q_inertial_from_body, b_field_eci)
+class TurnedSample(eqx.Module):
+    """A satellite turned by some angles about an axis, against the currents of one sample."""
+
+    fit: LocalFit
+    direct: Float[Array, "angles panels"]
+    """Modelled currents of direct sunlight, their factor in [A]."""
+    albedo: Float[Array, "angles panels"]
+    """Those of the Earth's light [A]."""
+    field_body: Float[Array, "angles 3"]
+    """What three magnetometers would read, body axes [T]; an output of `OrS`."""
+
+
+def turned_sample(
+    angles: Float[Array, " angles"],
+    axis_eci: Float[Array, "3"],
+    axis_body: Float[Array, "3"],
+    measured: Float[Array, " panels"],
+    b_field_eci: Float[Array, "3"],
+    panels: SolarPanels,
+    earth: Albedo,
+    light: LightTable,
+    max_albedo: Limit = None,
+) -> TurnedSample:
+    """What `OrB` (axis along the field) and `OrS` (to the Sun) show for angles [rad] from `initial_attitude`."""
+    base, axis = initial_attitude(axis_eci, axis_body), unit(axis_eci)
+
+    def at(angle):
+        q = turned(base, axis, angle)
+        fit = explained(q, measured, panels, earth, light, max_albedo)
+        direct, albedo = patterns(q, panels, earth, light)
+        field_body = quaternion.rotate_inverse(q, b_field_eci)
+        return TurnedSample(fit, fit.direct * direct, fit.albedo * albedo, field_body)
+
+    return jax.vmap(at)(angles)

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 FILES = ("attitude.csv", "currents.csv", "currents.png", "attitude.png", "local.json")
 Method = Literal["field-roll", "five-parameter", "sun-field"]
 PROGRAM = {"field-roll": "OrbfiGraf", "five-parameter": "OptLoc", "sun-field": "OrSB"}
+DIRECTIONS = {"along": (1.0,), "against": (-1.0,), "both": (1.0, -1.0)}
 SUN_SIGMA_DEG, FIELD_SIGMA_UT = 10.0, 0.5
 """Errors of a Sun seen by six panels in the light of the Earth, and of a magnetometer, where not given."""
 
@@ -49,6 +50,13 @@ def local(
     earth: Annotated[
         Literal["mirror", "diffuse"], Parameter(help="How the Earth returns light: as published, or by Lambert's law.")
     ] = "mirror",
+    x: Annotated[
+        Literal["along", "against", "both"] | None,
+        Parameter(
+            help="Direction of body x on the field's line; for five-parameter that of its starts. [default: both for "
+            "field-roll, along for five-parameter]",
+        ),
+    ] = None,
     direct_sigma: Annotated[
         float | None,
         Parameter(
@@ -94,7 +102,7 @@ def local(
     with staged_directory(out, FILES) as stage:
         prepared = prepare_session(file or BUNDLED, settings)
         observed, samples = local_samples(prepared, settings, earth)
-        limits = {"albedo_max": albedo_max, "direct_sigma": direct_sigma}
+        limits = {"albedo_max": albedo_max, "direct_sigma": direct_sigma, "x": x}
         solutions = solve(method, prepared, observed, samples, **limits)
         options = {"method": method, "program": PROGRAM[method], "earth": earth, **limits}
         write_local(stage, prepared, observed, samples, solutions, options=options, began=began, plots=plots)
@@ -151,19 +159,21 @@ def solve(
     observed: "Observations",
     samples: "LocalSamples",
     *,
-    albedo_max: float | None,
-    direct_sigma: float | None,
+    albedo_max: float | None = None,
+    direct_sigma: float | None = None,
+    x: str | None = None,
 ) -> "LocalSolutions":
     """Attitudes of the samples by one of the methods."""
     import numpy as np
 
     from fitting.local.session import solve_field_roll, solve_five_parameters, solve_sun_field
 
+    given = {} if x is None else {"directions": DIRECTIONS[x]}
     if method == "five-parameter":
-        return solve_five_parameters(samples, max_albedo=albedo_max, direct_sigma=direct_sigma)
+        return solve_five_parameters(samples, max_albedo=albedo_max, direct_sigma=direct_sigma, **given)
     limit = 1.0 if albedo_max is None else albedo_max
     if method == "field-roll":
-        return solve_field_roll(samples, max_albedo=limit)
+        return solve_field_roll(samples, max_albedo=limit, **given)
     session = prepared.session
     readings = 1e-6 * session.b_field_uT[np.isin(session.t_s, observed.t)]
     field_body = np.column_stack([np.full(len(readings), np.nan), readings])

@@ -13,6 +13,7 @@ from jaxsat.cli.fit import fit
 from jaxsat.cli.local import local
 from jaxsat.cli.prepare import prepare
 from jaxsat.cli.sweep import sweep
+from jaxsat.cli.turn import turn
 from jaxsat.errors import InputError
 
 BAD_INPUT, USAGE, INTERRUPTED, TERMINATED = 1, 2, 130, 143
@@ -48,6 +49,7 @@ app = App(
 app.command(fit)
 app.command(prepare)
 app.command(local)
+app.command(turn)
 app.command(sweep)
 app.command(config)
 

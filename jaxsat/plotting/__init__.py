@@ -9,3 +9,4 @@ from jaxsat.plotting.preparation import draw_magnetometers as draw_magnetometers
 from jaxsat.plotting.preparation import draw_orbit_residuals as draw_orbit_residuals
 from jaxsat.plotting.preparation import draw_panel_currents as draw_panel_currents
 from jaxsat.plotting.style import png_bytes as png_bytes
+from jaxsat.plotting.turn import draw_turn as draw_turn
