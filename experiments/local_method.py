@@ -175,7 +175,7 @@ def picture(rows, methods, times, truth, name, path: Path) -> None:
     upper.plot(times, truth["theta"], color=INK, lw=1.0, label="true angle of x to the field")
     upper.set_ylim(0.0, 180.0)
     upper.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=4, fontsize=8.5, frameon=False)
-    head(upper, "error of the attitude, deg")
+    head(upper, "error, deg")
     dress(upper)
     t = [row["t_s"] for row in rows]
     for case, colour, label in (
@@ -183,11 +183,9 @@ def picture(rows, methods, times, truth, name, path: Path) -> None:
         ("measured_imax_known", LEFT_OUT, f"largest current known to {100 * DIRECT_SIGMA:g} %"),
     ):
         lower.plot(t, [row[case]["error_deg"] for row in rows], "o", ms=5, color=colour, label=label)
-        nearest = [row[case]["smallest_error_deg"] for row in rows]
-        lower.plot(t, nearest, "o", ms=8, mfc="none", mec=colour, label=f"{label}: nearest listed")
-    lower.set_ylim(0.0, 180.0)
-    lower.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=4, fontsize=8.5, frameon=False)
-    head(lower, "five parameters: error, deg")
+    lower.set_ylim(0.0, 60.0)
+    lower.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=2, fontsize=8.5, frameon=False)
+    head(lower, "error of five-parameter, deg")
     dress(lower, x_label="time since epoch, s")
     path.write_bytes(png_bytes(figure))
 

@@ -44,8 +44,8 @@ def turn(
     axis_body: Annotated[
         tuple[float, float, float] | None,
         Parameter(
-            help="Direction in body axes that lies along the axis. [default: 1 0 0 for the field, from the currents for "
-            "the Sun]",
+            help="Direction in body axes that lies along the axis. [default: 1 0 0 for the field; the currents tell "
+            "that of the Sun]",
             negative=(),
             validator=_finite,
         ),

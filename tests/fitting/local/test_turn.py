@@ -1,0 +1,107 @@
+"""Turning about an axis: the published matrix, the published zero of the angle, and panels as sinusoids."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from fitting.local.shares import explained, patterns
+from fitting.local.turn import initial_attitude, turn_about, turned, turned_sample
+from jaxsat.environment import LightTable
+from jaxsat.sensors import Albedo
+from jaxsat.spacecraft import SolarPanels, box_normals, tilted
+
+RNG = np.random.default_rng(8)
+
+
+def units(*shape):
+    v = RNG.normal(size=(*shape, 3))
+    return v / np.linalg.norm(v, axis=-1, keepdims=True)
+
+
+PANELS = SolarPanels(
+    tilted(box_normals(), jnp.asarray(RNG.normal(scale=0.05, size=(6, 2)))),
+    jnp.asarray(0.24),
+    jnp.asarray([1.0, 0.9, 1.1, 1.0, 1.05, 0.95]),
+)
+LIGHT = LightTable(
+    *(jnp.asarray(v) for v in (units(), 0.8, units(), 0.4, units(5), RNG.uniform(0.02, 0.1, 5))),
+)
+EARTH = Albedo(jnp.asarray(0.5), jnp.asarray(0.3))
+Q = jnp.asarray(Rotation.random(rng=RNG).as_quat(scalar_first=True))
+
+
+def published_matrix(p, angle):
+    """Rotation matrix as printed in sec. 3.3."""
+    across = np.array([[0, -p[2], p[1]], [p[2], 0, -p[0]], [-p[1], p[0], 0]])
+    return (1 - np.cos(angle)) * np.outer(p, p) + np.sin(angle) * across + np.cos(angle) * np.eye(3)
+
+
+def dcm(q):
+    return Rotation.from_quat(np.asarray(q), scalar_first=True).as_matrix()
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7, -2.0, np.pi])
+def test_turned_is_the_published_rotation(angle):
+    axis = units()
+    found = dcm(turned(Q, jnp.asarray(axis), jnp.asarray(angle)))
+    np.testing.assert_allclose(found, published_matrix(axis, angle) @ dcm(Q), atol=1e-14)
+
+
+@pytest.mark.parametrize("axis", [[0.5, -0.6, 0.6], [0.1, 0.2, 0.95], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
+def test_initial_position_of_x_along_the_axis(axis):
+    axis = 3e-5 * np.array(axis)
+    found = dcm(initial_attitude(jnp.asarray(axis), jnp.array([1.0, 0.0, 0.0])))
+    np.testing.assert_allclose(found[:, 0], axis / np.linalg.norm(axis), atol=1e-14)
+    # y is parallel to OXY, or to OYZ near the pole.
+    near_pole = abs(axis[2]) > 0.7 * np.linalg.norm(axis)
+    assert found[0 if near_pole else 2, 1] == pytest.approx(0.0, abs=1e-14)
+
+
+@pytest.mark.parametrize("own", [[0.0, 1.0, 0.0], [0.3, -0.9, 0.2], [-1.0, 0.0, 0.0]])
+def test_any_body_direction_lies_along_the_axis(own):
+    axis = units()
+    found = dcm(initial_attitude(jnp.asarray(axis), jnp.asarray(own)))
+    np.testing.assert_allclose(found @ (own / np.linalg.norm(own)), axis, atol=1e-14)
+
+
+def test_panels_are_sinusoids_of_the_turn():
+    own = units()
+    turn = turn_about(Q, jnp.asarray(own), PANELS, EARTH, LIGHT)
+    axis = jnp.asarray(dcm(Q) @ own)
+    angles = jnp.linspace(-3.0, 3.0, 13)
+    for angle in angles:
+        expected = patterns(turned(Q, axis, angle), PANELS, EARTH, LIGHT)
+        for found, at_attitude in zip(turn.patterns(angle), expected, strict=True):
+            np.testing.assert_allclose(found, at_attitude, atol=1e-15)
+    measured = jnp.asarray(RNG.uniform(0.0, 0.2, 6))
+    squares = turn.squares(jnp.cos(angles), jnp.sin(angles), measured, jnp.asarray(0.6))
+    whole = jax.vmap(lambda a: explained(turned(Q, axis, a), measured, PANELS, EARTH, LIGHT, jnp.asarray(0.6)))
+    np.testing.assert_allclose(squares, 6.0 * whole(angles).rms ** 2, rtol=1e-10)
+
+
+def test_a_turned_sample_keeps_its_axis_and_shows_the_field():
+    field, sun_body = 3e-5 * units(), units()
+    angles = jnp.radians(jnp.arange(0.0, 360.0, 45.0))
+    measured = jnp.asarray(RNG.uniform(0.0, 0.2, 6))
+    arguments = (LIGHT.sun_eci, jnp.asarray(sun_body), measured, jnp.asarray(field), PANELS, EARTH, LIGHT)
+    found = turned_sample(angles, *arguments)
+    for q, b in zip(found.fit.quaternion, found.field_body, strict=True):
+        np.testing.assert_allclose(dcm(q) @ sun_body, LIGHT.sun_eci, atol=1e-14)
+        np.testing.assert_allclose(dcm(q) @ b, field, atol=1e-18)
+    # The Sun keeps its place in the body: only the Earth's light changes.
+    share = found.direct / found.fit.direct[:, None]
+    np.testing.assert_allclose(share, np.broadcast_to(share[:1], share.shape), atol=1e-15)
+
+
+def test_slopes_against_differences():
+    along = RNG.normal(size=3)
+
+    def total(h):
+        axis = LIGHT.sun_eci + h * jnp.asarray(along)
+        q = turned(initial_attitude(axis, jnp.asarray([0.2, 0.3, 0.9]) + h), LIGHT.sun_eci, 0.4 + h)
+        return q @ jnp.array([0.3, -1.0, 0.7, 0.4])
+
+    slope = float(jax.grad(total)(0.0))
+    assert slope == pytest.approx(float(total(1e-5) - total(-1e-5)) / 2e-5, rel=1e-7)
