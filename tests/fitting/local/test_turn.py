@@ -1,5 +1,7 @@
 """Turning about an axis: the published matrix, the published zero of the angle, and panels as sinusoids."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -12,6 +14,7 @@ from jaxsat.environment import LightTable
 from jaxsat.sensors import Albedo
 from jaxsat.spacecraft import SolarPanels, box_normals, tilted
 
+quick = functools.partial(jax.jit, compiler_options={"xla_backend_optimization_level": 0})
 RNG = np.random.default_rng(8)
 
 
@@ -68,16 +71,15 @@ def test_any_body_direction_lies_along_the_axis(own):
 
 def test_panels_are_sinusoids_of_the_turn():
     own = units()
-    turn = turn_about(Q, jnp.asarray(own), PANELS, EARTH, LIGHT)
+    turn = quick(turn_about)(Q, jnp.asarray(own), PANELS, EARTH, LIGHT)
     axis = jnp.asarray(dcm(Q) @ own)
     angles = jnp.linspace(-3.0, 3.0, 13)
-    for angle in angles:
-        expected = patterns(turned(Q, axis, angle), PANELS, EARTH, LIGHT)
-        for found, at_attitude in zip(turn.patterns(angle), expected, strict=True):
-            np.testing.assert_allclose(found, at_attitude, atol=1e-15)
+    expected = quick(jax.vmap(lambda a: patterns(turned(Q, axis, a), PANELS, EARTH, LIGHT)))(angles)
+    for found, at_attitude in zip(quick(jax.vmap(turn.patterns))(angles), expected, strict=True):
+        np.testing.assert_allclose(found, at_attitude, atol=1e-15)
     measured = jnp.asarray(RNG.uniform(0.0, 0.2, 6))
-    squares = turn.squares(jnp.cos(angles), jnp.sin(angles), measured, jnp.asarray(0.6))
-    whole = jax.vmap(lambda a: explained(turned(Q, axis, a), measured, PANELS, EARTH, LIGHT, jnp.asarray(0.6)))
+    squares = quick(turn.squares)(jnp.cos(angles), jnp.sin(angles), measured, jnp.asarray(0.6))
+    whole = quick(jax.vmap(lambda a: explained(turned(Q, axis, a), measured, PANELS, EARTH, LIGHT, jnp.asarray(0.6))))
     np.testing.assert_allclose(squares, 6.0 * whole(angles).rms ** 2, rtol=1e-10)
 
 
@@ -86,13 +88,15 @@ def test_a_turned_sample_keeps_its_axis_and_shows_the_field():
     angles = jnp.radians(jnp.arange(0.0, 360.0, 45.0))
     measured = jnp.asarray(RNG.uniform(0.0, 0.2, 6))
     arguments = (LIGHT.sun_eci, jnp.asarray(sun_body), measured, jnp.asarray(field), PANELS, EARTH, LIGHT)
-    found = turned_sample(angles, *arguments)
+    found = quick(turned_sample)(angles, *arguments)
     for q, b in zip(found.fit.quaternion, found.field_body, strict=True):
         np.testing.assert_allclose(dcm(q) @ sun_body, LIGHT.sun_eci, atol=1e-14)
         np.testing.assert_allclose(dcm(q) @ b, field, atol=1e-18)
     # The Sun keeps its place in the body: only the Earth's light changes.
-    share = found.direct / found.fit.direct[:, None]
-    np.testing.assert_allclose(share, np.broadcast_to(share[:1], share.shape), atol=1e-15)
+    lit = np.asarray(found.fit.direct) > 0.0
+    share = np.asarray(found.direct)[lit] / np.asarray(found.fit.direct)[lit, None]
+    np.testing.assert_allclose(share, np.broadcast_to(share[:1], share.shape), atol=1e-14)
+    assert lit.any()
 
 
 def test_slopes_against_differences():
@@ -100,8 +104,8 @@ def test_slopes_against_differences():
 
     def total(h):
         axis = LIGHT.sun_eci + h * jnp.asarray(along)
-        q = turned(initial_attitude(axis, jnp.asarray([0.2, 0.3, 0.9]) + h), LIGHT.sun_eci, 0.4 + h)
+        q = turned(initial_attitude(axis, jnp.asarray([0.2, 0.3, 0.9]) + h), LIGHT.sun_eci, jnp.asarray(0.4) + h)
         return q @ jnp.array([0.3, -1.0, 0.7, 0.4])
 
-    slope = float(jax.grad(total)(0.0))
+    slope, total = float(quick(jax.grad(total))(0.0)), quick(total)
     assert slope == pytest.approx(float(total(1e-5) - total(-1e-5)) / 2e-5, rel=1e-7)
