@@ -74,8 +74,8 @@ def test_sun_and_two_magnetometers_on_exact_data(samples, truth):
     lit = found.count > 0
     assert lit.sum() == len(CHOSEN) - 1 and "Sun" in found.reason[-1]
     error = np.degrees(angle_between_attitudes(found.quaternion[lit], q[lit][:, None]))
-    # The Sun is as far off as the Earth's light on its own panels bends it.
-    assert np.median(np.nanmin(error, axis=1)) < 3.0
+    # The Earth's light on the Sun's own panels bends its direction, by 10 to 20 deg at most (`sun_on_sides`).
+    assert np.all(np.nanmin(error, axis=1) < 20.0)
 
 
 def test_either_panel_of_a_pair_may_be_the_suns():

@@ -75,10 +75,10 @@ def test_panels_are_sinusoids_of_the_turn():
     axis = jnp.asarray(dcm(Q) @ own)
     angles = jnp.linspace(-3.0, 3.0, 13)
     expected = quick(jax.vmap(lambda a: patterns(turned(Q, axis, a), PANELS, EARTH, LIGHT)))(angles)
-    for found, at_attitude in zip(quick(jax.vmap(turn.patterns))(angles), expected, strict=True):
+    for found, at_attitude in zip(quick(jax.vmap(lambda a: turn.patterns(a)))(angles), expected, strict=True):
         np.testing.assert_allclose(found, at_attitude, atol=1e-15)
     measured = jnp.asarray(RNG.uniform(0.0, 0.2, 6))
-    squares = quick(turn.squares)(jnp.cos(angles), jnp.sin(angles), measured, jnp.asarray(0.6))
+    squares = quick(lambda a: turn.squares(jnp.cos(a), jnp.sin(a), measured, jnp.asarray(0.6)))(angles)
     whole = quick(jax.vmap(lambda a: explained(turned(Q, axis, a), measured, PANELS, EARTH, LIGHT, jnp.asarray(0.6))))
     np.testing.assert_allclose(squares, 6.0 * whole(angles).rms ** 2, rtol=1e-10)
 
