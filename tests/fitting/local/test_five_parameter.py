@@ -68,7 +68,7 @@ def test_sun_and_two_magnetometers_on_exact_data(samples, truth):
     from scipy.spatial.transform import Rotation
 
     q = np.array(truth["q"])[list(CHOSEN)]
-    field_body = Rotation.from_quat(q, scalar_first=True).inv().apply(samples.b_field_eci)
+    field_body = Rotation.from_quat(q, scalar_first=True).inv().apply(samples.b_field_eci.copy())
     field_body[:, 0] = np.nan
     found = solve_sun_field(samples, field_body, sun_sigma=0.17, field_sigma=5e-7)
     lit = found.count > 0
