@@ -185,7 +185,7 @@ def _directions(arrays, fixed):
         # The stronger panel of each pair; no light at all is a Sun of zeros.
         light_seen = jnp.where(jnp.max(measured) >= 1e-3 * MIN_CURRENT_MA, measured, 0.0) / panels.gains
         sun = sun_on_sides(light_seen, light_seen[0::2] >= light_seen[1::2])
-        sun = sun * (light.illumination > 0.0)
+        sun = jnp.where(light.illumination > 0.0, sun, 0.0)
         found = sun_and_field_attitude(sun, field_body, light.sun_eci, field, sun_sigma, field_sigma)
         fit = jax.vmap(lambda q: explained(q, measured, panels, earth, light, max_albedo))(found.quaternion)
         return found, fit
