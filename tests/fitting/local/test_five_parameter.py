@@ -18,7 +18,7 @@ from jaxsat.spacecraft import SolarPanels, box_normals
 from jaxsat.time import Epoch
 
 CHOSEN = (0, 1, 4, 7, 15, 17, 40)
-"""Five panels lit, four at number 7, none at 40."""
+"""Five panels lit, four at number 7, fewer at 40."""
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +72,7 @@ def test_sun_and_two_magnetometers_on_exact_data(samples, truth):
     field_body[:, 0] = np.nan
     found = solve_sun_field(samples, field_body, sun_sigma=0.17, field_sigma=5e-7)
     lit = found.count > 0
-    assert lit.sum() == len(CHOSEN) - 1 and "Sun" in found.reason[-1]
+    assert lit.all()
     error = np.degrees(angle_between_attitudes(found.quaternion[lit], q[lit][:, None]))
     # The Earth's light on the Sun's own panels bends its direction, by 10 to 20 deg at most (`sun_on_sides`).
     assert np.all(np.nanmin(error, axis=1) < 20.0)
