@@ -31,7 +31,7 @@ class FiveParameterFit(eqx.Module):
 
     fit: LocalFit
     information: Float[Array, "*found 3 3"]
-    """J'J of the currents by a rotation about the body axes, the factors following [A^2/rad^2]."""
+    """J'J of the currents by a rotation about the body axes, the factors following [A^2/rad^2]; of lit panels only."""
     slope: Float[Array, "*found"]
     """Length of the gradient of half the squares over their curvature along it [rad]: what is left to go."""
 
@@ -110,4 +110,7 @@ def fit_five_parameters(
     curvature = jnp.sum((slope @ gradient) ** 2)
     to_go = jnp.where(curvature > 0.0, length**3 / jnp.where(curvature > 0.0, curvature, 1.0), 0.0)
     rms = jnp.sqrt(jnp.mean(left[: measured.shape[0]] ** 2))
-    return FiveParameterFit(LocalFit(q, rms, a, b), slope.T @ slope, to_go)
+    # A dark panel bounds the attitude from one side: where the search ends at its edge, its slope holds on the other.
+    dark = jnp.append(measured < 1e-3 * MIN_CURRENT_MA, jnp.zeros(left.shape[0] - measured.shape[0], bool))
+    told = jnp.where(dark[:, None], 0.0, slope)
+    return FiveParameterFit(LocalFit(q, rms, a, b), told.T @ told, to_go)

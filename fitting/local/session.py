@@ -26,6 +26,7 @@ from jaxsat.spacecraft import SolarPanels
 CHUNK = 512
 ALONG = (1.0,)
 DARK = "no panel shows light"
+OTHER_WAY = "body x the other way on the field's line: the Sun does not agree with the direction that was given"
 FEW_PANELS = f"fewer than {MIN_PANELS} panels show {MIN_CURRENT_MA:g} mA"
 MORE_ROUNDS, ARRIVED, HOPELESS = 4, 1e-5, 5.0
 """Further rounds of the search, for starts that have more than `ARRIVED` [rad] to go and leave less than `HOPELESS`
@@ -111,7 +112,7 @@ def solve_five_parameters(
         if not len(on):
             break
         part = (found.fit.quaternion[on], measured[on], jax.tree.map(lambda leaf, on=on: leaf[on], light), positive[on])
-        further, agrees = _in_chunks(_fits, part, fixed)
+        further, agrees = _in_chunks(_fits, part, fixed, shaped_for=len(number))
         for whole, new in zip(jax.tree.leaves(found), jax.tree.leaves(further), strict=True):
             whole[on] = new
         consistent[on] = agrees
@@ -145,11 +146,14 @@ def solve_sun_field(
     sun_sigma: float,
     field_sigma: float,
     max_albedo: float = 1.0,
+    directions: tuple[float, ...] = BOTH,
 ) -> LocalSolutions:
     """Attitude of each sample from the Sun that the currents show and magnetometers (`OrSB`).
 
     `field_body` [samples 3] [T], NaN where an axis is not measured; see `sun_and_field_attitude`. The rms and the
-    factors are those of the currents at that attitude.
+    factors are those of the currents at that attitude. Where body x is not measured its sign may be known: +1 or -1 in
+    `directions`, x within 90 deg of the field or of its opposite. Otherwise a Sun across x leaves both signs: both
+    attitudes are listed, the one whose currents agree better first, which is no proof.
     """
     found, fit = _in_chunks(
         _directions,
@@ -160,8 +164,11 @@ def solve_sun_field(
     # With three axes, or one sign plainly wrong, there is one candidate.
     rms = np.where(usable[:, None], fit.rms, np.inf)
     rms[found.status == SOLVED, 1] = np.inf
+    known = np.isin(np.sign(found.field_body[..., 0]), (0.0, *directions)) | ~np.isnan(field_body[:, :1])
+    rms[~known] = np.inf
     sigma = np.sqrt(np.max(np.linalg.eigvalsh(np.where(usable[:, None, None, None], found.covariance, 0.0)), axis=-1))
-    reasons = {k: SUN_FIELD_STATUSES[found.status[k]] for k in np.flatnonzero(~usable).tolist()}
+    reasons = dict.fromkeys(np.flatnonzero(~np.any(known & np.isfinite(rms), axis=1)).tolist(), OTHER_WAY)
+    reasons |= {k: SUN_FIELD_STATUSES[found.status[k]] for k in np.flatnonzero(~usable).tolist()}
     result = ranked(
         found.quaternion,
         rms,
@@ -170,6 +177,7 @@ def solve_sun_field(
         b_field_eci=samples.b_field_eci,
         noise=samples.noise,
         unsolved=reasons,
+        field_first=False,
     )
     two = (found.status == TWO_SIGNS) & (result.count > 1)
     status = tuple(AMBIGUOUS if k else s for k, s in zip(two, result.status, strict=True))
@@ -225,14 +233,19 @@ def _fits(arrays, fixed):
     return jax.vmap(one)(*arrays)
 
 
-def _in_chunks(program: Callable[..., Any], arrays: tuple, fixed: tuple) -> Any:
-    """A program over arrays of samples: chunks of one shape, the last padded, as many at once as there are cores."""
+def _in_chunks(program: Callable[..., Any], arrays: tuple, fixed: tuple, *, shaped_for: int = 0) -> Any:
+    """A program over arrays of samples: chunks of one shape, the last padded, as many at once as there are cores.
+
+    `shaped_for` is the number of samples of an earlier call, whose compiled program then serves again.
+    """
     count = len(arrays[0])
-    chunks = max(-(-count // CHUNK), 1)
-    size = CHUNK if chunks > 1 else max(count, 1)
-    which = np.minimum(np.arange(chunks * size), max(count - 1, 0)).reshape(chunks, size)
     if not count:
-        arrays = jax.tree.map(lambda leaf: np.zeros((1, *leaf.shape[1:]), leaf.dtype), arrays)
+        one = jax.tree.map(lambda leaf: np.zeros((1, *leaf.shape[1:]), leaf.dtype), arrays)
+        shapes = eqx.filter_eval_shape(program, one, fixed)
+        return jax.tree.map(lambda leaf: np.zeros((0, *leaf.shape[1:]), leaf.dtype), shapes)
+    size = min(CHUNK, max(count, shaped_for))
+    chunks = -(-count // size)
+    which = np.minimum(np.arange(chunks * size), count - 1).reshape(chunks, size)
     parts = [jax.tree.map(lambda leaf, w=w: np.asarray(leaf)[w], arrays) for w in which]
     with ThreadPoolExecutor(min(os.cpu_count() or 1, chunks)) as pool:
         done = list(pool.map(lambda part: jax.tree.map(np.asarray, program(part, fixed)), parts))

@@ -63,11 +63,13 @@ def ranked(
     unsolved: dict[int, str],
     keep: int = 4,
     panels: int = 6,
+    field_first: bool = True,
 ) -> LocalSolutions:
     """Sorts candidates [samples candidates], merges equal ones and says what each sample came to.
 
     Candidates have an infinite rms where there are none. Of those that explain alike (`CHI2_APART`), the one with x
-    nearest to the field's line comes first, as both local methods start from there; the others by their rms.
+    nearest to the field's line comes first, as two of the local methods start from there; the others by their rms, and
+    all of them without `field_first`.
     `noise` is that of a current [A]; `unsolved` maps samples without solution to the reason.
     """
     rows = np.arange(len(rms))[:, None]
@@ -77,7 +79,7 @@ def ranked(
     with np.errstate(invalid="ignore"):
         excess = panels * (rms**2 - least**2) / np.maximum(noise, least) ** 2
         alike = np.isfinite(rms) & (excess < CHI2_APART)
-        key = np.where(alike, np.minimum(angle, np.pi - angle), 10.0 + rms)
+        key = np.where(alike & field_first, np.minimum(angle, np.pi - angle), 10.0 + rms)
     key[~np.isfinite(rms)] = np.inf
     order = np.argsort(key, axis=1, kind="stable")
     quaternion, rms, angle, sigma, alike = (a[rows, order] for a in (quaternion, rms, angle, sigma, alike))

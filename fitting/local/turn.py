@@ -105,11 +105,11 @@ class TurnedSample(eqx.Module):
     """A satellite turned by some angles about an axis, against the currents of one sample."""
 
     fit: LocalFit
-    direct: Float[Array, "angles panels"]
+    direct: Float[Array, "*angles panels"]
     """Modelled currents of direct sunlight, their factor in [A]."""
-    albedo: Float[Array, "angles panels"]
+    albedo: Float[Array, "*angles panels"]
     """Those of the Earth's light [A]."""
-    field_body: Float[Array, "angles 3"]
+    field_body: Float[Array, "*angles 3"]
     """What three magnetometers would read, body axes [T]; an output of `OrS`."""
 
 

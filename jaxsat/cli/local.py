@@ -53,8 +53,8 @@ def local(
     x: Annotated[
         Literal["along", "against", "both"] | None,
         Parameter(
-            help="Direction of body x on the field's line; for five-parameter that of its starts. [default: both for "
-            "field-roll, along for five-parameter]",
+            help="Direction of body x on the field's line; for five-parameter that of its starts, for sun-field the "
+            "sign of the component that is not measured. [default: along for five-parameter, else both]",
         ),
     ] = None,
     direct_sigma: Annotated[
@@ -183,4 +183,5 @@ def solve(
         sun_sigma=np.radians(SUN_SIGMA_DEG),
         field_sigma=1e-6 * FIELD_SIGMA_UT,
         max_albedo=limit,
+        **given,
     )

@@ -1,5 +1,7 @@
 """The local method against attitudes made with plain NumPy."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -11,6 +13,8 @@ from fitting.local.shares import mirror_earth, mirror_light
 from jaxsat.environment import LightTable
 from jaxsat.spacecraft import SolarPanels, box_normals
 
+quick = functools.partial(jax.jit, compiler_options={"xla_backend_optimization_level": 0})
+search, aligned = quick(search_roll), quick(field_aligned)
 NORMALS = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
 
 
@@ -33,7 +37,6 @@ def light(sun, mirror, factor):
 @pytest.mark.parametrize("albedo", [0.0, 0.4])
 def test_roll_of_a_field_aligned_satellite_is_found(sign, albedo):
     rng = np.random.default_rng(7)
-    search = jax.jit(search_roll)
     panels = SolarPanels(box_normals(), jnp.asarray(0.24), jnp.ones(6))
     for _ in range(5):
         # Sun and mirror image well away from the field: along it every roll would look the same.
@@ -67,7 +70,7 @@ def test_field_aligned_attitudes_turn_evenly_about_the_field(field):
     for sign in (1.0, -1.0):
         turns = [
             Rotation.from_quat(
-                np.asarray(field_aligned(jnp.asarray(field), jnp.asarray(roll), jnp.asarray(sign)))[[1, 2, 3, 0]]
+                np.asarray(aligned(jnp.asarray(field), jnp.asarray(roll), jnp.asarray(sign)))[[1, 2, 3, 0]]
             )
             for roll in (0.0, 0.7)
         ]
@@ -78,8 +81,7 @@ def test_field_aligned_attitudes_turn_evenly_about_the_field(field):
 
 def test_minima_end_at_the_exact_roll_and_tell_their_error():
     rng = np.random.default_rng(3)
-    options = {"xla_backend_optimization_level": 0}
-    search = jax.jit(roll_minima, compiler_options=options)
+    refine = quick(roll_minima)
     panels = SolarPanels(box_normals(), jnp.asarray(0.24), jnp.ones(6))
     for sign in (1.0, -1.0):
         field, across = unit(rng.normal(size=3)), unit(rng.normal(size=3))
@@ -97,7 +99,7 @@ def test_minima_end_at_the_exact_roll_and_tell_their_error():
         light_there = mirror_light(light(sun, mirror, 0.7))
         measured = currents(0.0)[0] + 0.4 * currents(0.0)[1]
         field_there, limit = jnp.asarray(4e-5 * field), jnp.asarray(1.0)
-        found = search(jnp.asarray(measured), field_there, panels, mirror_earth(), light_there, limit)
+        found = refine(jnp.asarray(measured), field_there, panels, mirror_earth(), light_there, limit)
         best = Rotation.from_quat(np.asarray(found.fit.quaternion)[0], scalar_first=True)
         # The last scan steps by 5 deg / 4^6.
         assert np.degrees((best.inv() * true).magnitude()) < 1.3e-3
