@@ -58,9 +58,9 @@ def published_sample() -> list[dict]:
     from jaxsat.spacecraft import SolarPanels, box_normals
     from jaxsat.time import Epoch
 
-    epoch, t = Epoch.from_utc(2001, 1, 18, 4, 54, 15), np.array([448.0])
+    epoch, t = Epoch.from_utc(2001, 1, 18, 4, 54, 15), jnp.array([448.0])
     orbit = orbit_from_perigee_time_km_deg(**ELEMENTS)
-    sun, _ = apparent_sun(epoch, t)
+    sun, _ = apparent_sun(epoch, np.asarray(t))
     table = tabulate_orbit(orbit, t, igrf_field(epoch.decimal_year()), np.radians(191.28))
     light = jax.tree.map(lambda leaf: leaf[0], mirror_light(tabulate_light(orbit, t, jnp.asarray(sun))))
     field, measured = table.b_field_eci[0], 1e-3 * jnp.asarray(AMBIGUOUS_MA)

@@ -57,9 +57,9 @@ def programs(count: int) -> dict:
         v = rng.normal(size=(*shape, 3))
         return v / np.linalg.norm(v, axis=-1, keepdims=True)
 
-    light = LightTable(
-        units(count), np.ones(count), units(count), np.full(count, 0.3), np.zeros((count, 0, 3)), np.zeros((count, 0))
-    )
+    shape = (count, 0)
+    parts = (units(count), np.ones(count), units(count), np.full(count, 0.3), np.zeros((*shape, 3)), np.zeros(shape))
+    light = LightTable(*map(jnp.asarray, parts))
     field = 3e-5 * units(count)
     q = rng.normal(size=(count, 4))
     q /= np.linalg.norm(q, axis=1, keepdims=True)
@@ -69,7 +69,7 @@ def programs(count: int) -> dict:
     noisy = np.maximum(np.round(1e3 * np.asarray(currents) + rng.normal(scale=2.0, size=(count, 6))), 0.0) * 1e-3
     samples = LocalSamples(noisy, field, light, panels, mirror_earth(), 2e-3)
     sun_body, field_body = (
-        np.asarray(jax.vmap(quaternion.rotate_inverse)(q, v)) for v in (np.asarray(light.sun_eci), field)
+        np.asarray(jax.vmap(quaternion.rotate_inverse)(jnp.asarray(q), v)) for v in (light.sun_eci, jnp.asarray(field))
     )
     two_axes = np.where(np.arange(3) == 0, np.nan, field_body)
     solve = jax.jit(jax.vmap(sun_and_field_attitude, in_axes=(0, 0, 0, 0, None, None)))

@@ -5,7 +5,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from cyclopts import Parameter, validators
+from cyclopts import CycloptsError, Parameter, validators
 
 from jaxsat.cli.fit import read_settings
 from jaxsat.cli.options import Arc, ConfigFile, Drop
@@ -85,6 +85,8 @@ def local(
     Example: jaxsat local --method five-parameter --direct-sigma 0.05
     """
     began = time.perf_counter()
+    if direct_sigma is not None and method != "five-parameter":
+        raise CycloptsError(msg="--direct-sigma is for --method five-parameter.")
     settings = read_settings(config, arc=arc, drop=drop)
     if file is None:
         print(f"jaxsat: no file given: taking the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
@@ -113,6 +115,7 @@ def local(
 def local_samples(prepared: "PreparedSession", settings: "Config", earth: str) -> "tuple[Observations, LocalSamples]":
     """Samples of the arc with the light and the field on them; raises `InputError`."""
     import jax.numpy as jnp
+    import numpy as np
 
     from fitting.local.session import LocalSamples
     from fitting.local.shares import mirror_earth, mirror_light
@@ -145,7 +148,7 @@ def local_samples(prepared: "PreparedSession", settings: "Config", earth: str) -
     )
     return observed, LocalSamples(
         observed.currents,
-        table.b_field_eci,
+        np.asarray(table.b_field_eci),
         mirror_light(light) if mirror else light,
         panels,
         pattern,

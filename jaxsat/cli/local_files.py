@@ -176,5 +176,5 @@ def local_summary(solutions: "LocalSolutions", name: str) -> "RenderableType":
             float(np.median(values[found, 0])) for values in (1e3 * solutions.rms, np.degrees(solutions.sigma))
         )
         told = f"{sigma:.2g} deg" if np.isfinite(sigma) else "without bound"
-        parts.append(Text(f"median over {found.sum()} samples: residual RMS {rms:.3g} mA, attitude 1σ {told}"))
+        parts.append(Text(f"median over {found.sum()} with an attitude: residual RMS {rms:.3g} mA, attitude 1σ {told}"))
     return Group(*parts)

@@ -156,7 +156,10 @@ def turn(
         }
         write_json(stage / "turn.json", plain(document)[0])
     rms = f"{1e3 * float(here.fit.rms):.3g} mA"
-    show(f"{prepared.label}: {title.lower()} by {chosen:.4g} deg: residual RMS {rms}", f"\nresults in {out}")
+    show(
+        f"{prepared.label}: {title[0].lower()}{title[1:]} by {chosen:.4g} deg: residual RMS {rms}",
+        f"\nresults in {out}",
+    )
     return 0
 
 

@@ -30,7 +30,7 @@ def at(alpha_deg):
 
 def facing(direction_eci, outline):
     """A flat outline of the xy plane, turned so that its normal is an inertial direction, in body axes."""
-    turn, _ = Rotation.align_vectors(direction_eci[None], [[0.0, 0.0, 1.0]])
+    turn = Rotation.align_vectors(direction_eci[None], [[0.0, 0.0, 1.0]])[0]
     return TURN.inv().apply(turn.apply(outline - outline.mean(axis=0)))
 
 
