@@ -7,25 +7,34 @@ the currents are explained by a direct and an albedo part, the albedo bounded; t
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
+from fitting.local.shares import LocalFit, bounded_factors, explained, mirror_earth
+from fitting.local.turn import turn_about
 from jaxsat.environment import LightTable
 from jaxsat.math import cross, quaternion, unit
-from jaxsat.sensors.solar_panels import Albedo, albedo_currents, direct_currents
+from jaxsat.sensors.solar_panels import Albedo
 from jaxsat.spacecraft import SolarPanels
 
+COARSE_ROLLS = 72
+"""Rolls of the first turn: steps of 5 deg are well below the 90 deg between two panels."""
+LEVELS, POINTS = 6, 9
+"""Each finer scan covers one step of the last to both sides with `POINTS` rolls: 6 of them end at 0.001 deg."""
 
-class RollFit(eqx.Module):
-    """Best rolls of one sample, the best first."""
 
-    quaternion: Float[Array, "*rolls 4"]
-    """inertial-from-body with x along the field (or against it)."""
-    rms: Float[Array, "*rolls"]
-    """Of measured - modelled currents [A]."""
-    direct: Float[Array, "*rolls"]
-    """Fitted factor of the direct current."""
-    albedo: Float[Array, "*rolls"]
-    """Fitted specular factor, in [0, max_albedo] of the direct one."""
+BOTH = (1.0, -1.0)
+"""Body x along the field and against it."""
+
+
+class RollMinima(eqx.Module):
+    """Rolls that explain one sample, the best first; where there are fewer, the rest have an infinite rms."""
+
+    fit: LocalFit
+    along: Float[Array, "*found"]
+    """+1 with body x along the field, -1 against it."""
+    information: Float[Array, "*found"]
+    """Square of the residuals' slope by the roll, the factors following [A^2/rad^2]: sigma is noise over its root."""
 
 
 def field_aligned(b_field_eci: Float[Array, "3"], roll: Float[Array, ""], sign: Float[Array, ""]) -> Float[Array, "4"]:
@@ -35,39 +44,12 @@ def field_aligned(b_field_eci: Float[Array, "3"], roll: Float[Array, ""], sign: 
     y = unit(cross(jnp.eye(3, dtype=x.dtype)[jnp.argmin(jnp.abs(x))], x))
     z = cross(x, y)
     base = quaternion.from_dcm(jnp.stack([x, y, z], axis=1))
+    return quaternion.multiply(base, _about_x(roll))
+
+
+def _about_x(roll):
     half = 0.5 * roll
-    about_x = jnp.stack([jnp.cos(half), jnp.sin(half), jnp.zeros_like(half), jnp.zeros_like(half)])
-    return quaternion.multiply(base, about_x)
-
-
-def bounded_factors(
-    direct: Float[Array, "6"], albedo: Float[Array, "6"], measured: Float[Array, "6"], max_albedo: Float[Array, ""]
-) -> tuple[Float[Array, ""], Float[Array, ""]]:
-    """Least-squares factors of two known current patterns, with 0 <= albedo <= max_albedo * direct.
-
-    The quadratic is convex in two unknowns, so the minimum is the free one or lies on one of the two edges.
-    """
-
-    def along(pattern):
-        return jnp.maximum(pattern @ measured, 0.0) / jnp.maximum(pattern @ pattern, 1e-30)
-
-    dd, da, aa = direct @ direct, direct @ albedo, albedo @ albedo
-    determinant = dd * aa - da * da
-    regular = determinant > 1e-12 * dd * aa
-    safe = jnp.where(regular, determinant, 1.0)
-    free_direct = (aa * (direct @ measured) - da * (albedo @ measured)) / safe
-    free_albedo = (dd * (albedo @ measured) - da * (direct @ measured)) / safe
-    inside = regular & (free_albedo >= 0.0) & (free_direct > 0.0) & (free_albedo <= max_albedo * free_direct)
-    edge_low = along(direct)
-    edge_high = along(direct + max_albedo * albedo)
-
-    def misfit(a, b):
-        return jnp.sum((a * direct + b * albedo - measured) ** 2)
-
-    high_better = misfit(edge_high, max_albedo * edge_high) < misfit(edge_low, jnp.zeros_like(edge_low))
-    edge = jnp.where(high_better, edge_high, edge_low)
-    edge_albedo = jnp.where(high_better, max_albedo * edge_high, 0.0)
-    return jnp.where(inside, free_direct, edge), jnp.where(inside, free_albedo, edge_albedo)
+    return jnp.stack([jnp.cos(half), jnp.sin(half), jnp.zeros_like(half), jnp.zeros_like(half)])
 
 
 def search_roll(
@@ -79,21 +61,16 @@ def search_roll(
     *,
     rolls: int = 90,
     keep: int = 4,
-) -> RollFit:
+) -> LocalFit:
     """The `keep` best of `rolls` evenly spaced rolls in both directions of x, each with its bounded albedo.
 
     A start for a fit needs no finer roll than 4 deg.
     """
-    unit_albedo = Albedo(jnp.ones_like(max_albedo), jnp.zeros_like(max_albedo))
+    earth = mirror_earth()
     angles = 2.0 * jnp.pi * jnp.arange(rolls, dtype=measured.dtype) / rolls
 
     def at(roll, sign):
-        q = field_aligned(b_field_eci, roll, sign)
-        direct = direct_currents(q, panels, light)
-        reflected = albedo_currents(q, panels, unit_albedo, light)
-        factor, albedo = bounded_factors(direct, reflected, measured, max_albedo)
-        rms = jnp.sqrt(jnp.mean((factor * direct + albedo * reflected - measured) ** 2))
-        return RollFit(q, rms, factor, albedo)
+        return explained(field_aligned(b_field_eci, roll, sign), measured, panels, earth, light, max_albedo)
 
     one_way = jax.vmap(at, in_axes=(0, None))
     found = jax.tree.map(
@@ -101,3 +78,76 @@ def search_roll(
     )
     best = jnp.argsort(found.rms)[:keep]
     return jax.tree.map(lambda leaf: leaf[best], found)
+
+
+def roll_minima(
+    measured: Float[Array, "6"],
+    b_field_eci: Float[Array, "3"],
+    panels: SolarPanels,
+    earth: Albedo,
+    light: LightTable,
+    max_albedo: Float[Array, ""],
+    *,
+    directions: tuple[float, ...] = BOTH,
+    keep: int = 4,
+) -> RollMinima:
+    """The `keep` best minima over the roll, in the given directions of x, by scans that grow finer around each.
+
+    `earth` is the pattern of the albedo, `max_albedo` its largest factor over that of the direct light (`albedomax`).
+    """
+    signs = jnp.array(directions, dtype=measured.dtype)
+    step = 2.0 * np.pi / COARSE_ROLLS
+    x_body = jnp.array([1.0, 0.0, 0.0], dtype=measured.dtype)
+
+    def turn(sign):
+        base = field_aligned(b_field_eci, jnp.zeros_like(sign), sign)
+        return turn_about(base, x_body, panels, earth, light)
+
+    turns = [turn(sign) for sign in signs]
+    coarse = step * jnp.arange(COARSE_ROLLS, dtype=measured.dtype)
+    cosines, sines = jnp.cos(coarse), jnp.sin(coarse)
+    found = jnp.stack([turn.squares(cosines, sines, measured, max_albedo) for turn in turns])
+    # Without the barrier XLA computes all of it anew for each shift.
+    found = jax.lax.optimization_barrier(found)
+    lowest = (found <= jnp.roll(found, 1, axis=1)) & (found <= jnp.roll(found, -1, axis=1))
+    candidates = jnp.where(lowest, found, jnp.inf).ravel()
+    best = _smallest(candidates, keep)
+    real = jnp.isfinite(candidates[best])
+    ways = best // COARSE_ROLLS
+
+    def refined(roll, way):
+        turn = jax.tree.map(lambda *of: jnp.where(way == 0, of[0], of[-1]), *turns)
+
+        c, s = jnp.cos(roll), jnp.sin(roll)
+        for level in range(LEVELS):
+            offsets = step * (2.0 / (POINTS - 1)) ** level * np.linspace(-1.0, 1.0, POINTS)
+            # Sines and cosines of the offsets are constants: those of each roll would take most of the time.
+            co, so = jnp.asarray(np.cos(offsets), roll.dtype), jnp.asarray(np.sin(offsets), roll.dtype)
+            nearby_c, nearby_s = c * co - s * so, s * co + c * so
+            best = jnp.argmin(turn.squares(nearby_c, nearby_s, measured, max_albedo))
+            c, s = nearby_c[best], nearby_s[best]
+        roll = jnp.arctan2(s, c)
+
+        def residual(roll):
+            direct, albedo = turn.patterns(roll)
+            a, b = bounded_factors(direct, albedo, measured, max_albedo)
+            return a * direct + b * albedo - measured, (a, b)
+
+        left, slope, (direct, albedo) = jax.jvp(residual, (roll,), (jnp.ones_like(roll),), has_aux=True)
+        attitude = field_aligned(b_field_eci, roll, signs[way])
+        return LocalFit(attitude, jnp.sqrt(jnp.mean(left**2)), direct, albedo), slope @ slope
+
+    fit, information = jax.vmap(refined)(coarse[best % COARSE_ROLLS], ways)
+    rms = jnp.where(real, fit.rms, jnp.inf)
+    order = jnp.argsort(rms)
+    fit = eqx.tree_at(lambda f: f.rms, fit, rms)
+    return jax.tree.map(lambda leaf: leaf[order], RollMinima(fit, signs[ways], information))
+
+
+def _smallest(values, count):
+    """Places of the smallest values; XLA's own top_k takes longer than all the rest of the search."""
+    places, numbers = [], jnp.arange(values.size)
+    for _ in range(count):
+        places.append(jnp.argmin(values))
+        values = jnp.where(numbers == places[-1], jnp.inf, values)
+    return jnp.stack(places)

@@ -12,10 +12,12 @@ from cyclopts import App, CycloptsError
 from jaxsat.cli.almanac import almanac
 from jaxsat.cli.export import export
 from jaxsat.cli.fit import fit
+from jaxsat.cli.local import local
 from jaxsat.cli.orbit import orbit
 from jaxsat.cli.prepare import prepare
 from jaxsat.cli.simulate import simulate
 from jaxsat.cli.sweep import sweep
+from jaxsat.cli.turn import turn
 from jaxsat.cli.view import view
 from jaxsat.errors import InputError
 
@@ -54,6 +56,8 @@ app.command(view)
 app.command(orbit)
 app.command(prepare)
 app.command(simulate)
+app.command(local)
+app.command(turn)
 app.command(sweep)
 app.command(almanac)
 app.command(config)

@@ -158,15 +158,14 @@ def write_attitude_csv(path: Path, result: "FitResult", epoch: Epoch) -> None:
         ]
     )
     flags = np.column_stack([result.lit, result.limited]).astype(int)
-    rows = ([*map(_field, row), *flag] for row, flag in zip(numbers.tolist(), flags.tolist(), strict=True))
-    _write_csv(path, ATTITUDE_COLUMNS, result.t_s, epoch, rows)
+    rows = ([*row, *flag] for row, flag in zip(numbers.tolist(), flags.tolist(), strict=True))
+    write_csv(path, ATTITUDE_COLUMNS, result.t_s, epoch, rows)
 
 
 def write_currents_csv(path: Path, result: "FitResult", epoch: Epoch) -> None:
     """Writes one row a sample with the columns of `CURRENT_COLUMNS`."""
     numbers = np.hstack([result.measured_mA, result.modelled_mA, result.modelled_direct_mA, result.weight])
-    rows = (list(map(_field, row)) for row in numbers.tolist())
-    _write_csv(path, CURRENT_COLUMNS, result.t_s, epoch, rows)
+    write_csv(path, CURRENT_COLUMNS, result.t_s, epoch, numbers.tolist())
 
 
 def write_samples_csv(path: Path, session: "Session") -> None:
@@ -175,25 +174,25 @@ def write_samples_csv(path: Path, session: "Session") -> None:
         [session.position_eci_m / 1e3, session.velocity_eci_m_s / 1e3, session.currents_mA, session.b_field_uT]
     )
     repeats = session.repeats.tolist()
-    rows = ([*map(_field, row), count] for row, count in zip(numbers.tolist(), repeats, strict=True))
-    _write_csv(path, SAMPLE_COLUMNS, session.t_s, session.epoch, rows)
+    rows = ([*row, count] for row, count in zip(numbers.tolist(), repeats, strict=True))
+    write_csv(path, SAMPLE_COLUMNS, session.t_s, session.epoch, rows)
 
 
 def write_columns_csv(path: Path, t_s: np.ndarray, epoch: Epoch, columns: Mapping[str, np.ndarray]) -> None:
     """Writes `t_s`, `utc` and named columns [time], units in their names; an empty field is a number not known."""
     numbers = np.column_stack(list(columns.values())).tolist()
-    _write_csv(path, ["t_s", "utc", *columns], t_s, epoch, (list(map(_field, row)) for row in numbers))
+    write_csv(path, ["t_s", "utc", *columns], t_s, epoch, numbers)
 
 
 def _field(number: float) -> str:
     return f"{number:.10g}" if math.isfinite(number) else ""
 
 
-def _write_csv(
-    path: Path, columns: Iterable[str], t_s: np.ndarray, epoch: Epoch, rows: Iterable[Sequence[Any]]
-) -> None:
+def write_csv(path: Path, columns: Iterable[str], t_s: np.ndarray, epoch: Epoch, rows: Iterable[Sequence[Any]]) -> None:
+    """Writes one row a time, with its time and UTC in front; a number that is not finite is an empty field."""
     with path.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(columns)
         for t, utc, row in zip(t_s.tolist(), epoch.iso_texts(t_s), rows, strict=True):
-            writer.writerow([f"{t:.10g}", utc, *row])
+            cells = (_field(cell) if isinstance(cell, float) else cell for cell in row)
+            writer.writerow([f"{t:.10g}", utc, *cells])

@@ -6,6 +6,9 @@ from jaxsat.sensors.current_readings import uniform_noise as uniform_noise
 from jaxsat.sensors.limb import limb_distance as limb_distance
 from jaxsat.sensors.limb import limb_turn as limb_turn
 from jaxsat.sensors.limb import nadir_body as nadir_body
+from jaxsat.sensors.polygon_panels import PolygonPanels as PolygonPanels
+from jaxsat.sensors.polygon_panels import mirror_currents as mirror_currents
+from jaxsat.sensors.polygon_panels import polygon_panels as polygon_panels
 from jaxsat.sensors.solar_panels import Albedo as Albedo
 from jaxsat.sensors.solar_panels import albedo_currents as albedo_currents
 from jaxsat.sensors.solar_panels import direct_currents as direct_currents

@@ -19,7 +19,10 @@ def own_directory(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["fit", "--help"], ["fit", "--stars", "4"], ["--version"]])
+@pytest.mark.parametrize(
+    "arguments",
+    [["--help"], ["fit", "--help"], ["local", "--help"], ["turn", "--help"], ["fit", "--stars", "4"], ["--version"]],
+)
 def test_help_and_usage_errors_import_nothing_heavy(arguments):
     script = f"import sys; from jaxsat.cli.main import run; run({arguments!r}); print({{*{HEAVY}}} & {{*sys.modules}})"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)

@@ -1,16 +1,20 @@
-"""The local method against attitudes made with plain NumPy, and its bounded factors against SciPy."""
+"""The local method against attitudes made with plain NumPy."""
+
+import functools
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from scipy.optimize import nnls
 from scipy.spatial.transform import Rotation
 
-from fitting.local.roll_search import bounded_factors, field_aligned, search_roll
+from fitting.local.roll_search import field_aligned, roll_minima, search_roll
+from fitting.local.shares import mirror_earth, mirror_light
 from jaxsat.environment import LightTable
 from jaxsat.spacecraft import SolarPanels, box_normals
 
+quick = functools.partial(jax.jit, compiler_options={"xla_backend_optimization_level": 0})
+search, aligned = quick(search_roll), quick(field_aligned)
 NORMALS = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
 
 
@@ -33,7 +37,6 @@ def light(sun, mirror, factor):
 @pytest.mark.parametrize("albedo", [0.0, 0.4])
 def test_roll_of_a_field_aligned_satellite_is_found(sign, albedo):
     rng = np.random.default_rng(7)
-    search = jax.jit(search_roll)
     panels = SolarPanels(box_normals(), jnp.asarray(0.24), jnp.ones(6))
     for _ in range(5):
         # Sun and mirror image well away from the field: along it every roll would look the same.
@@ -67,7 +70,7 @@ def test_field_aligned_attitudes_turn_evenly_about_the_field(field):
     for sign in (1.0, -1.0):
         turns = [
             Rotation.from_quat(
-                np.asarray(field_aligned(jnp.asarray(field), jnp.asarray(roll), jnp.asarray(sign)))[[1, 2, 3, 0]]
+                np.asarray(aligned(jnp.asarray(field), jnp.asarray(roll), jnp.asarray(sign)))[[1, 2, 3, 0]]
             )
             for roll in (0.0, 0.7)
         ]
@@ -76,31 +79,37 @@ def test_field_aligned_attitudes_turn_evenly_about_the_field(field):
         np.testing.assert_allclose((turns[0].inv() * turns[1]).as_rotvec(), [0.7, 0, 0], atol=1e-14)
 
 
-def test_bounded_factors_are_the_least_squares_under_the_bound():
-    rng = np.random.default_rng(2)
-    solve = jax.jit(bounded_factors)
-    edges = set()
-    for _ in range(300):
-        direct = np.maximum(rng.normal(size=6), 0.0) + 1e-3
-        albedo = np.maximum(rng.normal(size=6), 0.0)
-        limit = rng.uniform(0.2, 1.5)
-        measured = rng.uniform(0, 2) * direct + rng.normal() * albedo + 0.3 * rng.normal(size=6)
-        found = [float(k) for k in solve(*(jnp.asarray(v) for v in (direct, albedo, measured)), jnp.asarray(limit))]
-        # The cone 0 <= albedo <= limit * direct is spanned by its edges (1, 0) and (1, limit) with factors >= 0.
-        (low, high), _ = nnls(np.stack([direct, direct + limit * albedo], axis=1), measured)
-        np.testing.assert_allclose(found, [low + high, limit * high], atol=1e-9)
-        edges.add((low > 0, high > 0))
-    assert len(edges) >= 3, "the cases must reach the inside and both edges"
+def test_minima_end_at_the_exact_roll_and_tell_their_error():
+    rng = np.random.default_rng(3)
+    refine = quick(roll_minima)
+    panels = SolarPanels(box_normals(), jnp.asarray(0.24), jnp.ones(6))
+    for sign in (1.0, -1.0):
+        field, across = unit(rng.normal(size=3)), unit(rng.normal(size=3))
+        across = unit(across - (across @ field) * field)
+        sun = unit(0.5 * field + across)
+        mirror = unit(-0.4 * field - 0.3 * across + 0.8 * np.cross(field, across))
+        y = unit(np.cross(rng.normal(size=3), field))
+        true = Rotation.from_matrix(np.stack([sign * field, y, np.cross(sign * field, y)], axis=1))
 
+        def currents(turn, axis=sign * field, sun=sun, mirror=mirror, true=true):
+            normals = NORMALS @ (Rotation.from_rotvec(turn * axis) * true).as_matrix().T
+            lit, back = np.maximum(normals @ sun, 0.0), np.maximum(normals @ mirror, 0.0)
+            return 0.24 * lit, 0.24 * 0.7 * back
 
-@pytest.mark.parametrize("albedo", [np.zeros(6), np.arange(1.0, 7.0)], ids=["no albedo", "parallel patterns"])
-def test_bounded_factors_of_patterns_that_cannot_be_told_apart(albedo):
-    direct = np.arange(1.0, 7.0)
-    a, b = bounded_factors(jnp.asarray(direct), jnp.asarray(albedo), jnp.asarray(2.0 * direct), jnp.asarray(0.5))
-    np.testing.assert_allclose(float(a) * direct + float(b) * albedo, 2.0 * direct, rtol=1e-12)
-    assert 0.0 <= float(b) <= 0.5 * float(a) + 1e-12
-
-
-def test_bounded_factors_in_the_dark_are_finite():
-    dark = jnp.zeros(6)
-    assert [float(k) for k in bounded_factors(dark, dark, dark, jnp.asarray(1.0))] == [0.0, 0.0]
+        light_there = mirror_light(light(sun, mirror, 0.7))
+        measured = currents(0.0)[0] + 0.4 * currents(0.0)[1]
+        field_there, limit = jnp.asarray(4e-5 * field), jnp.asarray(1.0)
+        found = refine(jnp.asarray(measured), field_there, panels, mirror_earth(), light_there, limit)
+        best = Rotation.from_quat(np.asarray(found.fit.quaternion)[0], scalar_first=True)
+        # The last scan steps by 5 deg / 4^6.
+        assert np.degrees((best.inv() * true).magnitude()) < 1.3e-3
+        assert float(found.along[0]) == sign
+        assert float(found.fit.albedo[0]) == pytest.approx(0.4, abs=1e-4)
+        rms = np.asarray(found.fit.rms).tolist()
+        assert rms == sorted(rms)
+        # Slope of the residual by the roll, the part across the two patterns: what the factors cannot follow.
+        h = 1e-6
+        slope = sum((currents(h)[k] - currents(-h)[k]) * share for k, share in ((0, 1.0), (1, 0.4))) / (2 * h)
+        pair = np.stack(currents(0.0), axis=1)
+        across_both = slope - pair @ np.linalg.lstsq(pair, slope, rcond=None)[0]
+        assert float(found.information[0]) == pytest.approx(across_both @ across_both, rel=1e-3)

@@ -1,0 +1,71 @@
+"""Attitudes of single samples: angle to the field of each that explains it, what is left, and the shares of light."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from jaxsat.plotting.style import FAINT, INK, dress, head, new_figure, nice_ceiling, shade_shadow, time_limits
+
+STATUS_COLOURS = {"solved": "#14497a", "ambiguous": "#c79a00", "undetermined": "#8e44ad", "unsolved": FAINT}
+_SHARE_COLOURS = ("#c79a00", "#3f9fd8")
+
+
+def draw_local_attitudes(
+    t_s: np.ndarray,
+    field_angle_deg: np.ndarray,
+    sigma_deg: np.ndarray,
+    rms_mA: np.ndarray,
+    shares: Mapping[str, np.ndarray],
+    *,
+    status: np.ndarray,
+    lit: np.ndarray,
+    title: str = "Attitude of each sample by itself",
+    subtitle: str = "",
+) -> Figure:
+    """Returns the picture of attitudes [time found], the best first, NaN for none; the rest are [time].
+
+    Colours tell the status of a sample; its other attitudes are small and hollow.
+    """
+    figure = new_figure(11.0, 8.0, title, subtitle)
+    frame = {"left": 0.065, "right": 0.985, "top": 0.875, "bottom": 0.06, "hspace": 0.22}
+    upper, error, left, light = figure.subplots(
+        4, 1, sharex=True, gridspec_kw={"height_ratios": [2.0, 1, 1, 1], **frame}
+    )
+    for axes in (upper, error, left, light):
+        shade_shadow(axes, t_s, lit, label=axes is upper)
+    others = {"linestyle": "none", "marker": "o", "markersize": 3.4, "markerfacecolor": "white"}
+    if field_angle_deg.shape[1] > 1 and np.isfinite(field_angle_deg[:, 1:]).any():
+        handle = upper.plot(t_s, field_angle_deg[:, 1:], color=FAINT, markeredgewidth=0.8, **others)[0]
+        handle.set_label("other attitude")
+    for name, colour in STATUS_COLOURS.items():
+        chosen = (status == name) & np.isfinite(rms_mA)
+        if chosen.any():
+            style = {"linestyle": "none", "marker": "o", "markersize": 5, "color": colour}
+            upper.plot(t_s[chosen], field_angle_deg[chosen, 0], label=name, **style)
+            error.plot(t_s[chosen], sigma_deg[chosen], **{**style, "markersize": 4})
+            left.plot(t_s[chosen], rms_mA[chosen], **{**style, "markersize": 4})
+    upper.set_ylim(-4.0, 184.0)
+    upper.set_yticks(np.arange(0.0, 181.0, 45.0))
+    if upper.get_legend_handles_labels()[0]:
+        upper.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=5, fontsize=8.5, frameon=False)
+    for colour, (name, values) in zip(_SHARE_COLOURS, shares.items(), strict=False):
+        light.plot(t_s, values, linestyle="none", marker="o", markersize=4, color=colour, label=name)
+    light.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2, fontsize=8.5, frameon=False)
+    heads = (
+        "angle of body x to the field, deg",
+        "1σ about the least seen axis, deg",
+        "residual RMS, mA",
+        "factors of direct and returned sunlight",
+    )
+    for axes, text in zip((upper, error, left, light), heads, strict=True):
+        dress(axes)
+        head(axes, text)
+    for axes, values in ((error, sigma_deg), (left, rms_mA), (light, np.concatenate(list(shares.values())))):
+        finite = values[np.isfinite(values)]
+        # Robust tops: one sample that is not seen at all must not flatten the others.
+        top = float(np.quantile(finite, 0.97)) if finite.size else 1.0
+        axes.set_ylim(-0.04 * nice_ceiling(1.1 * top), nice_ceiling(1.1 * top))
+    light.set_xlabel("time since epoch, s", fontsize=9, color=INK)
+    light.set_xlim(*time_limits(t_s))
+    return figure
