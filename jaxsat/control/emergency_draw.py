@@ -36,7 +36,7 @@ class Cases(eqx.Module):
 
     state: EmergencyState
     vehicle: EmergencyVehicle
-    key: Key[Array, " cases"]
+    key: Key[Array, "*cases"]
     """Of the noise."""
 
 

@@ -49,17 +49,17 @@ class Flight(eqx.Module):
 class Leg(eqx.Module):
     """The surroundings at ends and middles of control periods: entry 2k begins period k."""
 
-    position_eci: Float[Array, "nodes 3"]
+    position_eci: Float[Array, "*nodes 3"]
     """[m]"""
-    normal_eci: Float[Array, "nodes 3"]
+    normal_eci: Float[Array, "*nodes 3"]
     """Unit normal of the orbit."""
-    orbit_rate: Float[Array, " nodes"]
+    orbit_rate: Float[Array, "*nodes"]
     """At which the vertical turns about it [rad/s]."""
-    b_field_eci: Float[Array, "nodes 3"]
+    b_field_eci: Float[Array, "*nodes 3"]
     """[T]"""
-    sun_eci: Float[Array, "nodes 3"]
+    sun_eci: Float[Array, "*nodes 3"]
     """Unit vector to the Sun."""
-    solar_pressure: Float[Array, " nodes"]
+    solar_pressure: Float[Array, "*nodes"]
     """Eclipses included [Pa]."""
 
 

@@ -84,7 +84,7 @@ def _program(options: tuple[tuple[str, str], ...]):
         settled = last < limit
         above = jnp.max(jnp.where(error >= limit, 1 + jnp.arange(error.shape[1])[None], 0), axis=1)
         found = {
-            "settling_time_s": jnp.where(settled, CONTROL_PERIOD_S * above, jnp.nan),
+            "settling_time_s": jnp.where(settled, CONTROL_PERIOD_S * above.astype(float), jnp.nan),
             "largest_error_deg": jnp.max(error, axis=1),
             "last_error_deg": last,
             "final_error_deg": error[:, -1],
@@ -116,6 +116,7 @@ make = Factory(_build, OPTIONS)
 
 def history(options: Mapping[str, str], seed: int, case: int) -> "Sample":
     """One case again: its samples, with the control periods in front."""
+    import jax
+
     _, one = _program(tuple(make.filled(options).items()))
-    samples = one(case_keys(seed, np.array([case])))
-    return type(samples)(*(np.asarray(getattr(samples, name))[0] for name in samples.__dataclass_fields__))
+    return jax.tree.map(lambda leaf: np.asarray(leaf)[0], one(case_keys(seed, np.array([case]))))
