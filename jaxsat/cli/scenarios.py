@@ -17,6 +17,9 @@ SCENARIOS: dict[str, Entry] = {
     "sun-pointing": Entry(
         "jaxsat.cli.sun_pointing:make", "a spacecraft with a pyramid Sun sensor finds the Sun and holds it"
     ),
+    "earth-search": Entry(
+        "jaxsat.cli.earth_search:make", "a spacecraft with four horizon sensors finds the Earth and tracks it"
+    ),
     "gravity-gradient": Entry(
         "jaxsat.cli.gravity_gradient:make", "a satellite under gravity gradient, let go at random: upright or tumbling"
     ),

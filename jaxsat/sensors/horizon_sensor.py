@@ -38,37 +38,20 @@ def _cosine(v: Float[Array, "*n"]) -> Float[Array, "*n"]:
 
 
 def band_harmonics(
-    begin: Float[Array, "*n"],
-    end: Float[Array, "*n"],
-    signal_begin: float | Float[Array, "*n"] = 1.0,
-    signal_end: float | Float[Array, "*n"] | None = None,
+    begin: Float[Array, "*n"], end: Float[Array, "*n"], signal: float | Float[Array, "*n"] = 1.0
 ) -> tuple[Float[Array, "*n"], Float[Array, "*n"]]:
     """First and second harmonic of a signal on the band from v = `begin` to `end` within [-1, 1], zero elsewhere.
 
-    On the band it is linear in v between the two values, or constant where one is given. With v = sin a:
-    A1 = 2/pi int U v da and A2 = 2/pi int U (1 - 2 v^2) da over the half swing. An empty band has none.
+    With v = sin a, A1 = 2/pi U int v da and A2 = 2/pi U int (1 - 2 v^2) da over the half swing: 2/pi U times the
+    differences of -c and v c, c = sqrt(1 - v^2).
     """
     c1, c2 = _cosine(begin), _cosine(end)
-    first, second = c1 - c2, end * c2 - begin * c1
-    if signal_end is None:
-        return _scaled(signal_begin, first, second)
-    width = end - begin
-    some = width > 0.0
-    slope = jnp.where(some, (signal_end - signal_begin) / jnp.where(some, width, 1.0), 0.0)
-    start = signal_begin - slope * begin
-    # int v^2 da = (a - v c) / 2 and int v (1 - 2 v^2) da = c - 2 c^3 / 3.
-    square = 0.5 * (_angle(end, c2) - _angle(begin, c1) - (end * c2 - begin * c1))
-    cubic = (c2 - 2.0 * c2**3 / 3.0) - (c1 - 2.0 * c1**3 / 3.0)
-    return _scaled(1.0, start * first + slope * square, start * second + slope * cubic)
+    return 2.0 / math.pi * signal * (c1 - c2), 2.0 / math.pi * signal * (end * c2 - begin * c1)
 
 
 def _angle(v, c):
     # Not arcsin, whose derivative at the ends is infinite.
     return jnp.arctan2(v, jnp.where((v == 0.0) & (c == 0.0), 1.0, c))
-
-
-def _scaled(signal, first, second):
-    return 2.0 / math.pi * signal * first, 2.0 / math.pi * signal * second
 
 
 def step_harmonics(
