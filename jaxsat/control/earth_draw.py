@@ -1,8 +1,8 @@
-"""Random cases of the Earth search: attitude, rate, orbit, epoch with its Sun and Moon, brightness, one failed sensor."""
+"""Random cases of the Earth search: attitude, rate, orbit, date with Sun and Moon, brightness, one failed sensor."""
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import equinox as eqx
 import jax
@@ -42,14 +42,14 @@ class SearchDraw:
 
 def draw_cases(drawn: SearchDraw, keys: Key[Array, " cases"]) -> SearchCases:
     """One case for each key; a case does not depend on how many there are."""
-    cases = jax.vmap(lambda key: _case(drawn, key))(keys)
+    drawn_each = jax.vmap(lambda key: _case(drawn, key))(keys)
     craft = search_craft(drawn.size, drawn.mounting)
     if drawn.failure != "none":
         which = jax.vmap(lambda key: jax.random.randint(jax.random.fold_in(key, 1), (), 0, 4))(keys)
         failed = which[:, None] == jnp.arange(4)[None]
         place = {"replaced": "on_spare", "silent": "silent", "stuck": "stuck"}[drawn.failure]
         craft = eqx.tree_at(lambda craft: getattr(craft, place), craft, failed)
-    return eqx.tree_at(lambda cases: cases.craft, cases, craft, is_leaf=lambda x: x is None)
+    return SearchCases(craft=craft, **drawn_each)
 
 
 def scene_at(radius, sun, moon, moon_lit, brightness) -> EarthScene:
@@ -58,7 +58,7 @@ def scene_at(radius, sun, moon, moon_lit, brightness) -> EarthScene:
     return EarthScene(disk, jnp.cos(disk), radius / EARTH_RADIUS_MEAN, sun, moon, moon_lit, brightness)
 
 
-def _case(drawn: SearchDraw, key) -> SearchCases:
+def _case(drawn: SearchDraw, key) -> dict[str, Any]:
     keys = jax.random.split(key, 9)
     q = quaternion.normalize(jax.random.normal(keys[0], (4,)))
     w = math.radians(drawn.max_rate_deg_s) * jax.random.uniform(keys[1], (3,), minval=-1.0)
@@ -74,7 +74,7 @@ def _case(drawn: SearchDraw, key) -> SearchCases:
     lit = 0.5 * (1.0 - jnp.cos(angle_between(moon, sun)))
     level = MIN_BRIGHTNESS + (MEAN_BRIGHTNESS - MIN_BRIGHTNESS) * jax.random.uniform(keys[6])
     brightness = jnp.asarray(MEAN_BRIGHTNESS) if drawn.even else level
-    return SearchCases(
+    return dict(
         quaternion=q,
         angular_velocity=w,
         up=up,
@@ -82,6 +82,5 @@ def _case(drawn: SearchDraw, key) -> SearchCases:
         orbital_rate=jnp.sqrt(EARTH_MU / radius) / radius,
         greenwich=2.0 * math.pi * jax.random.uniform(keys[7]),
         scene=scene_at(radius, sun, unit(moon), lit, brightness),
-        craft=None,  # type: ignore[arg-type]
         key=keys[8],
     )

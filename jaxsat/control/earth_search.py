@@ -8,7 +8,7 @@ An axis of the search, x or y, is served by two opposite sensors: z moves toward
    across starts the same on the other axis, at the same time. 5. With all four, TRACK: by the second harmonics. 6. A
    signal that is lost leads back to 1.
 
-A signal inside the disk may come or not: nothing is ever concluded from its absence, and a direction once taken is kept.
+A signal inside the disk may come or not: nothing is concluded from its absence, and a direction once taken is kept.
 What the paper leaves open is decided here: an axis that no sensor has told anything of while the other is done goes on
 in the sense of the search; with both axes done but not all four signals, the signals that are there count anew, and
 with none at all the search begins again; a search without a signal after `search_turn` goes on about the other axis.
@@ -25,6 +25,7 @@ from jaxsat.math import float_array
 SEARCH, APPROACH, TRACK = 0, 1, 2
 MODES = ("search", "approach", "track")
 
+
 def _degrees(value: float):
     return eqx.field(converter=float_array, default=math.radians(value))
 
@@ -38,7 +39,9 @@ class EarthSearchLaw(eqx.Module):
     """Of each axis [rad/s]."""
     track_rate: Float[Array, ""] = _degrees(0.01)
     """Largest correction while tracking [rad/s]."""
-    search_direction: Float[Array, "2"] = eqx.field(converter=float_array, default_factory=lambda: jnp.array([0.0, 1.0]))
+    search_direction: Float[Array, "2"] = eqx.field(
+        converter=float_array, default_factory=lambda: jnp.array([0.0, 1.0])
+    )
     """Where z moves first, in x and y: (0, 1) is a rotation about x, (0.7, 0.7) one about the diagonal."""
     search_turn: Float[Array, ""] = _degrees(360.0)
     """After which the search goes on across [rad]."""

@@ -38,7 +38,7 @@ def _cosine(v: Float[Array, "*n"]) -> Float[Array, "*n"]:
 
 
 def band_harmonics(
-    begin: Float[Array, "*n"], end: Float[Array, "*n"], signal: float | Float[Array, "*n"] = 1.0
+    begin: Float[Array, "*n"], end: Float[Array, "*n"], signal: float | Float[Array, ""] | Float[Array, "*n"] = 1.0
 ) -> tuple[Float[Array, "*n"], Float[Array, "*n"]]:
     """First and second harmonic of a signal on the band from v = `begin` to `end` within [-1, 1], zero elsewhere.
 

@@ -1,4 +1,4 @@
-"""Earth search with four horizon sensors from any attitude: how long it takes, and whether it ends (Melnikov et al. 2022).
+"""Earth search with four horizon sensors: how long it takes from any attitude, if it ends (Melnikov et al. 2022).
 
 A case has succeeded where it tracks the Earth at the end of the simulated time, with body z near the nadir; its search
 time is when tracking began for good.
@@ -34,11 +34,13 @@ OPTIONS = (
     Option(
         "strategy",
         "published",
-        "published; fast: approach and corrections at the rate of the search; guarded: that, and turns that lead nowhere "
-        "are given up",
+        "published; fast: approach and corrections at the rate of the search; guarded: that, and turns that lead "
+        "nowhere are given up",
     ),
     Option("tracking", "drift", "drift: the vertical's motion is learnt; published: 0.01 deg/s and nothing else"),
-    Option("inside", "brightness", "presence inside the disk: brightness: as the sensors have it; always, never, random"),
+    Option(
+        "inside", "brightness", "presence inside the disk: brightness: as the sensors have it; always, never, random"
+    ),
     Option("altitude_km", "800", "of the circular orbit"),
     Option("altitude_spread_km", "0", "to both sides of it, uniform"),
     Option("brightness", "random", "random: field of 15 %, 700 km, about 25 to 60 W/(m^2 sr); even: 60 everywhere"),
@@ -67,7 +69,7 @@ def _program(options: tuple[tuple[str, str], ...]):
     from jaxsat.constants import EARTH_RADIUS_MEAN
     from jaxsat.control.earth_craft import search_law
     from jaxsat.control.earth_draw import Failure, SearchDraw, draw_cases
-    from jaxsat.control.earth_loop import SearchSettings, run_cases, time_steps
+    from jaxsat.control.earth_loop import SearchSettings, time_steps
     from jaxsat.control.earth_sensing import Inside, SunChoice
     from jaxsat.environment.infrared import random_brightness
 
@@ -115,8 +117,20 @@ def _program(options: tuple[tuple[str, str], ...]):
     steps = time_steps(time, settings)
     field = None if even else random_brightness(0)
     draw = jax.jit(functools.partial(draw_cases, drawn))
-    run = jax.jit(lambda cases: _metrics(run_cases(settings, law, cases, steps, field)))
+    run = functools.partial(_compiled(settings, steps, even), law)
     return settings, law, steps, field, draw, run
+
+
+@functools.lru_cache(maxsize=8)
+def _compiled(settings: "SearchSettings", steps: int, even: bool):
+    """The compiled `run(law, cases)`, which every law shares."""
+    import jax
+
+    from jaxsat.control.earth_loop import run_cases
+    from jaxsat.environment.infrared import random_brightness
+
+    field = None if even else random_brightness(0)
+    return jax.jit(lambda law, cases: _metrics(run_cases(settings, law, cases, steps, field)))
 
 
 def _metrics(state):
