@@ -185,7 +185,7 @@ def main() -> None:
 
 
 def picture(rows: list[dict[str, float]]) -> bytes:
-    """What each cause adds to the error, over the altitude, at the largest offset and at none."""
+    """What each cause adds to the error, over the altitude, at each offset."""
     from jaxsat.plotting import png_bytes
     from jaxsat.plotting.style import dress, head, new_figure
 
@@ -193,7 +193,7 @@ def picture(rows: list[dict[str, float]]) -> bytes:
     axes = figure.subplots(1, 3, gridspec_kw={"left": 0.06, "right": 0.985, "top": 0.72, "bottom": 0.12})
     shown = {
         "curved_one": "curvature, one sensor",
-        "curved": "curvature, two opposite",
+        "soft": "soft limb, two opposite",
         "bright_sigma": "brightness, 1 sigma of two",
     }
     for each, (name, title) in zip(axes, shown.items(), strict=True):

@@ -17,7 +17,7 @@ EXPECTED = {
     "threshold_over_dimmest": (0.238299, 5e-7),
     "threshold_over_earth_first": (0.374319, 5e-7),
     "threshold_printed_over_dimmest": (0.215160, 5e-7),
-    "threshold_printed_over_earth_first": (0.336188, 5e-7),
+    "threshold_printed_over_earth_first": (0.336188, 6e-7),
     "earth_over_threshold": (2.7, 0.05),
     "along_horizon_over_threshold": (1.26, 0.005),
     "presence_printed_deg": (11.30, 0.005),
