@@ -193,8 +193,8 @@ def test_what_the_paper_leaves_open():
     assert walk(guarded, "1.1.", "....")[1] == pytest.approx([0.0, -2.0])
     memory, command = walk(guarded, "1...", "1111", "11.1")
     assert int(memory.mode) == APPROACH and command == pytest.approx([2.0, 0.0])
-    # An approach without end is given up for a search across: 140 deg at 2 deg/s.
-    memory, command = walk(guarded, "...1", *["...."] * 145)
+    # An approach without end is given up for a search across: 120 deg at 2 deg/s.
+    memory, command = walk(guarded, "...1", *["...."] * 125)
     assert int(memory.mode) == SEARCH and command == pytest.approx([-2.0, 0.0])
 
 
