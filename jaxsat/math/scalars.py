@@ -86,7 +86,7 @@ def _replay(closed: ClosedJaxpr, arguments: list[Elements], hold: Callable) -> l
     return [read(atom) for atom in closed.jaxpr.outvars]
 
 
-def _constant(value: Any) -> Elements | jax.Array:
+def _constant(value: Any) -> Any:
     if np.size(value) > _TABLE:
         return jnp.asarray(value)
     return (
@@ -208,7 +208,7 @@ _REARRANGING: dict[str, Callable[..., Elements]] = {
 }
 
 
-def _whole(equation: Any, inputs: list[Elements | jax.Array]) -> list[Elements]:
+def _whole(equation: Any, inputs: list[Any]) -> list[Elements]:
     """Any other operation, on arrays put together for it and taken apart again."""
     arrays = [_together(x, atom.aval.dtype) for x, atom in zip(inputs, equation.invars, strict=True)]
     one = _alone(equation)

@@ -15,7 +15,7 @@ from jaxsat.control.earth_craft import search_craft, search_law
 from jaxsat.control.earth_draw import SearchDraw, draw_cases, scene_at
 from jaxsat.control.earth_loop import SearchSettings, run_cases, run_one
 from jaxsat.control.earth_search import APPROACH, SEARCH, TRACK, Signals, decide, first_memory
-from jaxsat.control.earth_sensing import ground, sense
+from jaxsat.control.earth_sensing import SunChoice, ground, sense
 from jaxsat.environment.infrared import MIN_BRIGHTNESS, VARIATION, random_brightness
 from jaxsat.math import quaternion
 from jaxsat.sweep import case_keys
@@ -36,9 +36,9 @@ def attitudes(count, seed=0):
     return jnp.asarray(q / np.linalg.norm(q, axis=1)[:, None])
 
 
-def seen_at(scene, q, up, *, sun="none", moon=False, field=None, inside="brightness", craft=CRAFT):
+def seen_at(scene, q, up, *, sun: SunChoice = "none", moon=False, field=None):
     dcm = quaternion.to_dcm(q)
-    return sense(craft, scene, dcm, up, jnp.asarray(0.0), NO_COIN, inside=inside, sun=sun, moon=moon, field=field)
+    return sense(CRAFT, scene, dcm, up, jnp.asarray(0.0), NO_COIN, inside="brightness", sun=sun, moon=moon, field=field)
 
 
 def summed(brightness):
