@@ -13,6 +13,7 @@ from jaxsat.control.earth_craft import FIELD_DEG, MOON_SIGNAL, SUN_MARGIN_DEG, S
 from jaxsat.control.earth_search import Signals
 from jaxsat.environment.infrared import MEAN_BRIGHTNESS, MIN_BRIGHTNESS, VARIATION, BrightnessMap
 from jaxsat.sensors.horizon_sensor import band_harmonics, chord_of_disk, normalised_output
+from jaxsat.sensors.horizon_sensor import present as signals_presence
 
 Inside = Literal["brightness", "always", "never", "random"]
 """Whether a sensor that looks wholly into the disk signals: by the brightness it meets, or made to."""
@@ -109,7 +110,7 @@ def sense(
         more = _body_harmonics(sensor, azimuths, sun_body, SUN_ANGLE, signal)
         first, second = first + more[0], second + more[1]
 
-    present = jnp.abs(first) >= sensor.threshold
+    present = signals_presence(sensor, first)
     if inside == "always":
         present = present | whole
     elif inside == "never":
