@@ -10,7 +10,8 @@ from jaxtyping import Array, Float, Key
 from jaxsat.control.sun_loop import LoopSettings, LoopState, Sample, first_state, one_period
 from jaxsat.control.sun_pointing import SunPointingLaw
 from jaxsat.control.sun_vehicle import SunPointingVehicle, nominal_vehicle
-from jaxsat.math.scalars import elements, over_cases, regrouped
+from jaxsat.math.case_scan import scan_cases
+from jaxsat.math.scalars import elements
 
 NOISES = 11
 """Random numbers of one control period: eight detectors, three rates."""
@@ -36,55 +37,21 @@ def run_cases(
 
     The law's leaves may have the cases in front as well.
     """
-    alone = jax.tree.map(lambda leaf: leaf[0], (cases.quaternion, cases.angular_velocity))
-    shapes = jax.eval_shape(functools.partial(first_state, settings), *alone)
     craft, plan = jax.eval_shape(nominal_vehicle), jax.eval_shape(SunPointingLaw)
-    noise = (jax.ShapeDtypeStruct((NOISES,), cases.quaternion.dtype),) if settings.noisy else ()
 
     def step(law, vehicle, state, *noise):
         return one_period(settings, law, vehicle, sun_eci, state, noise[0] if noise else None)[0]
 
-    replayed = over_cases(step, plan, craft, shapes, *noise)
-    fixed = [
-        jax.tree.map(lambda leaf, like: elements(_last(leaf, like), element_rank=like.ndim), *pair)
-        for pair in ((law, plan), (cases.vehicle, craft))
-    ]
+    def noise(number):
+        one = jax.vmap(lambda key: jax.random.normal(jax.random.fold_in(key, number), (NOISES,)))(cases.key)
+        return (elements(one.T, element_rank=1),)
+
     start = jax.vmap(functools.partial(first_state, settings))(cases.quaternion, cases.angular_velocity)
-    count = len(cases.quaternion)
-    flat = jax.tree.map(lambda leaf, like: list(_last(leaf, like).reshape(-1, count)), start, shapes)
-    flat = jax.tree.leaves(flat)
-
-    def advance(carry, number):
-        state = regrouped(tuple(carry), shapes)
-        drawn = ()
-        if settings.noisy:
-            one = jax.vmap(lambda key: jax.random.normal(jax.random.fold_in(key, number), (NOISES,)))(cases.key)
-            drawn = (elements(one.T, element_rank=1),)
-        after = jax.tree.leaves(replayed(*fixed, state, *drawn, hold=functools.partial(_stored, number)))
-        spread = [
-            jnp.broadcast_to(jnp.asarray(x, old.dtype), old.shape)
-            for x, old in zip([element for leaf in after for element in leaf.reshape(-1)], carry, strict=True)
-        ]
-        return spread, None
-
-    final, _ = jax.lax.scan(advance, flat, jnp.arange(periods))
-    state = regrouped(tuple(final), shapes)
-    return jax.tree.map(
-        lambda leaf, like: jnp.stack(list(leaf.reshape(-1)), axis=-1).reshape(count, *like.shape), state, shapes
-    )
-
-
-def _stored(number, arrays):
-    """Arrays that are stored and not computed anew for each of their uses, as XLA would on a CPU.
-
-    It takes barriers away, but not what might be otherwise: no period has a negative number.
-    """
-    return jax.lax.cond(number >= 0, lambda same: same, lambda same: jax.tree.map(jnp.zeros_like, same), arrays)
-
-
-def _last(leaf, like):
-    """The cases of a leaf behind its own axes."""
-    return jnp.moveaxis(leaf, 0, -1) if leaf.ndim > like.ndim else leaf
+    fixed = (law, cases.vehicle), (plan, craft)
+    if not settings.noisy:
+        return scan_cases(step, *fixed, start, periods)
+    like = jax.ShapeDtypeStruct((NOISES,), cases.quaternion.dtype)
+    return scan_cases(step, *fixed, start, periods, drawn=noise, drawn_like=(like,))
 
 
 def run_one(

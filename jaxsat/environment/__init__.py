@@ -14,6 +14,8 @@ from jaxsat.environment.ephemeris import ephemeris as ephemeris
 from jaxsat.environment.ephemeris import sidereal_time as sidereal_time
 from jaxsat.environment.gravity import GravityField as GravityField
 from jaxsat.environment.gravity import egm2008 as egm2008
+from jaxsat.environment.infrared import BrightnessMap as BrightnessMap
+from jaxsat.environment.infrared import random_brightness as random_brightness
 from jaxsat.environment.magnetic import AbstractMagneticField as AbstractMagneticField
 from jaxsat.environment.magnetic import CentredDipole as CentredDipole
 from jaxsat.environment.magnetic import InternalField as InternalField

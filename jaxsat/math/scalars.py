@@ -20,6 +20,9 @@ from jaxtyping import PyTree
 Elements = np.ndarray
 """Objects, one for each element of an array: JAX arrays over the cases, JAX scalars common to them, or numbers."""
 
+_TABLE = 1000
+"""A constant with more elements stays whole: a table that is read by index, in one gather for all cases."""
+
 
 def elements(array: Any, *, element_rank: int | None = None) -> Elements:
     """The elements of an array; of its axes the first `element_rank` are its own, by default all, the rest cases."""
@@ -83,7 +86,9 @@ def _replay(closed: ClosedJaxpr, arguments: list[Elements], hold: Callable) -> l
     return [read(atom) for atom in closed.jaxpr.outvars]
 
 
-def _constant(value: Any) -> Elements:
+def _constant(value: Any) -> Any:
+    if np.size(value) > _TABLE:
+        return jnp.asarray(value)
     return (
         np.asarray(value).astype(object)
         if isinstance(value, np.ndarray | np.generic | float | int)
@@ -203,7 +208,7 @@ _REARRANGING: dict[str, Callable[..., Elements]] = {
 }
 
 
-def _whole(equation: Any, inputs: list[Elements]) -> list[Elements]:
+def _whole(equation: Any, inputs: list[Any]) -> list[Elements]:
     """Any other operation, on arrays put together for it and taken apart again."""
     arrays = [_together(x, atom.aval.dtype) for x, atom in zip(inputs, equation.invars, strict=True)]
     one = _alone(equation)
@@ -227,7 +232,9 @@ def _alone(equation: Any) -> Callable[..., tuple]:
     return one
 
 
-def _together(x: Elements, dtype: Any) -> jax.Array:
+def _together(x: Elements | jax.Array, dtype: Any) -> jax.Array:
+    if isinstance(x, jax.Array):
+        return x
     flat = [jnp.asarray(element, dtype) for element in x.reshape(-1)]
     cases = max((element.shape for element in flat), key=len, default=())
     flat = [element if element.shape == cases else lax.broadcast(element, cases) for element in flat]

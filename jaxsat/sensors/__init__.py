@@ -3,6 +3,14 @@
 from jaxsat.sensors.current_readings import current_readings as current_readings
 from jaxsat.sensors.current_readings import limited_currents as limited_currents
 from jaxsat.sensors.current_readings import uniform_noise as uniform_noise
+from jaxsat.sensors.horizon_sensor import HorizonSensor as HorizonSensor
+from jaxsat.sensors.horizon_sensor import band_harmonics as band_harmonics
+from jaxsat.sensors.horizon_sensor import chord_of_disk as chord_of_disk
+from jaxsat.sensors.horizon_sensor import normalised_output as normalised_output
+from jaxsat.sensors.horizon_sensor import present as present
+from jaxsat.sensors.horizon_sensor import ramp_harmonics as ramp_harmonics
+from jaxsat.sensors.horizon_sensor import scan_harmonics as scan_harmonics
+from jaxsat.sensors.horizon_sensor import step_harmonics as step_harmonics
 from jaxsat.sensors.limb import limb_distance as limb_distance
 from jaxsat.sensors.limb import limb_turn as limb_turn
 from jaxsat.sensors.limb import nadir_body as nadir_body

@@ -289,3 +289,15 @@ def test_what_stands_behind_a_barrier_is_held_by_what_the_caller_chooses():
     # Three elements, one scalar; the number one may be held or not.
     assert held in ([4], [5])
     np.testing.assert_allclose(doubled - plain, 3.0 * a + s[:, None] + float(held == [5]), rtol=1e-12)
+
+
+def test_a_large_constant_is_read_by_index_for_all_cases_at_once():
+    table = jnp.asarray(np.random.default_rng(0).normal(size=2000))
+
+    def one(x):
+        return 2.0 * table.at[jnp.floor(x).astype(jnp.int32)].get(mode="promise_in_bounds") + x
+
+    x = np.random.default_rng(1).uniform(0.0, 2000.0, (3, 5))
+    replayed = over_cases(one, jax.ShapeDtypeStruct((3,), float))
+    found = jnp.stack(list(replayed(elements(jnp.asarray(x), element_rank=1))))
+    np.testing.assert_allclose(found, 2.0 * np.asarray(table)[x.astype(int)] + x, rtol=1e-14)

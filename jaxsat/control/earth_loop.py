@@ -1,0 +1,202 @@
+"""The closed loop of the Earth search: sky, sensors, automaton, rates that follow with lag, attitude and orbit."""
+
+import math
+from dataclasses import dataclass
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int, Key
+
+from jaxsat.constants import EARTH_ROTATION_RATE
+from jaxsat.control.earth_craft import EarthSearchCraft, search_craft
+from jaxsat.control.earth_search import TRACK, EarthSearchLaw, SearchMemory, decide, first_memory
+from jaxsat.control.earth_sensing import EarthScene, Inside, SunChoice, sense
+from jaxsat.environment.infrared import BrightnessMap
+from jaxsat.math import angle_between, quaternion
+from jaxsat.math.case_scan import scan_cases
+from jaxsat.math.scalars import elements
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """What is fixed for all cases of a program."""
+
+    period_s: float = 4.0
+    inside: Inside = "brightness"
+    sun: SunChoice = "blocked"
+    moon: bool = True
+
+
+class SearchCases(eqx.Module):
+    """What differs from case to case; leaves with the cases in front."""
+
+    quaternion: Float[Array, "cases 4"]
+    """inertial-from-body, at the start."""
+    angular_velocity: Float[Array, "cases 3"]
+    """Body axes, at the start [rad/s]."""
+    up: Float[Array, "cases 3"]
+    """From the Earth's centre to the spacecraft, unit vector, inertial."""
+    along: Float[Array, "cases 3"]
+    """Direction of the orbital motion, unit vector, inertial."""
+    orbital_rate: Float[Array, "cases"]
+    """Of the circular orbit [rad/s]."""
+    greenwich: Float[Array, "cases"]
+    """Angle of the Earth at the start [rad]."""
+    scene: EarthScene
+    craft: EarthSearchCraft
+    """Leaves with the cases in front, or without where they are common to all."""
+    key: Key[Array, " cases"]
+
+
+class SearchState(eqx.Module):
+    """Motion, memory and tally of one case."""
+
+    quaternion: Float[Array, "4"]
+    angular_velocity: Float[Array, "3"]
+    up: Float[Array, "3"]
+    along: Float[Array, "3"]
+    greenwich: Float[Array, ""]
+    memory: SearchMemory
+    time: Float[Array, ""]
+    first_signal: Float[Array, ""]
+    """When any sensor first signalled [s]; inf before, as below."""
+    first_capture: Float[Array, ""]
+    """When tracking first began [s]."""
+    last_capture: Float[Array, ""]
+    """When tracking last began [s]."""
+    captures: Float[Array, ""]
+    """How often it began."""
+
+
+class SearchSample(eqx.Module):
+    """One step as a person would plot it."""
+
+    nadir_body: Float[Array, "3"]
+    present: Bool[Array, "4"]
+    first: Float[Array, "4"]
+    """First harmonics [W/(m^2 sr)]."""
+    inside: Bool[Array, "4"]
+    mode: Int[Array, ""]
+    direction: Float[Array, "2"]
+    angular_velocity: Float[Array, "3"]
+    """[rad/s]"""
+    error: Float[Array, ""]
+    """From body z to the nadir [rad]."""
+
+
+def first_state(law: EarthSearchLaw, q, w, up, along, greenwich) -> SearchState:
+    """At the start of a case."""
+    zero, never = jnp.asarray(0.0), jnp.asarray(jnp.inf)
+    return SearchState(q, w, up, along, greenwich, first_memory(law), zero, never, never, never, zero)
+
+
+def one_step(
+    settings: SearchSettings,
+    law: EarthSearchLaw,
+    field: BrightnessMap | None,
+    craft: EarthSearchCraft,
+    scene: EarthScene,
+    orbital_rate: Float[Array, ""],
+    state: SearchState,
+    coin: Float[Array, "4"],
+) -> tuple[SearchState, SearchSample]:
+    """One case one period on: look, decide, turn."""
+    hold, period = jax.lax.optimization_barrier, settings.period_s
+    dcm = hold(quaternion.to_dcm(state.quaternion))
+    seen = hold(
+        sense(
+            craft,
+            scene,
+            dcm,
+            state.up,
+            state.greenwich,
+            coin,
+            inside=settings.inside,
+            sun=settings.sun,
+            moon=settings.moon,
+            field=field,
+        )
+    )
+    w = state.angular_velocity
+    motion = jnp.stack([w[1], -w[0]])
+    memory, command = hold(decide(law, state.memory, seen.signals, seen.azimuths, motion, period))
+
+    wanted = jnp.stack([-command[1], command[0], jnp.zeros_like(command[0])])
+    limit = craft.acceleration * period
+    new_w = hold(w + jnp.clip((1.0 - jnp.exp(-period / craft.lag)) * (wanted - w), -limit, limit))
+    turn = quaternion.from_rotation_vector(0.5 * period * (w + new_w))
+    q = quaternion.normalize(quaternion.multiply(state.quaternion, turn))
+    c, s = jnp.cos(orbital_rate * period), jnp.sin(orbital_rate * period)
+
+    begins = (memory.mode == TRACK) & (state.memory.mode != TRACK)
+    signal = jnp.any(seen.signals.present)
+    after = SearchState(
+        quaternion=q,
+        angular_velocity=new_w,
+        up=c * state.up + s * state.along,
+        along=c * state.along - s * state.up,
+        greenwich=state.greenwich + EARTH_ROTATION_RATE * period,
+        memory=memory,
+        time=state.time + period,
+        first_signal=jnp.where(signal, jnp.minimum(state.first_signal, state.time), state.first_signal),
+        first_capture=jnp.where(begins, jnp.minimum(state.first_capture, state.time), state.first_capture),
+        last_capture=jnp.where(begins, state.time, state.last_capture),
+        captures=state.captures + jnp.where(begins, 1.0, 0.0),
+    )
+    nadir = -(state.up @ dcm)
+    error = angle_between(nadir, jnp.array([0.0, 0.0, 1.0]))
+    sample = SearchSample(nadir, seen.signals.present, seen.first, seen.inside, memory.mode, memory.direction, w, error)
+    return after, sample
+
+
+def run_cases(
+    settings: SearchSettings, law: EarthSearchLaw, cases: SearchCases, steps: int, field: BrightnessMap | None
+) -> SearchState:
+    """The state of every case after a number of steps; leaves with the cases in front."""
+    fixed = (cases.craft, cases.scene, cases.orbital_rate)
+    like = (jax.eval_shape(search_craft), *jax.tree.map(_alone, fixed[1:]))
+
+    def step(law, craft, scene, rate, state, *coin):
+        coin = coin[0] if coin else jnp.zeros(4)
+        return one_step(settings, law, field, craft, scene, rate, state, coin)[0]
+
+    def coins(number):
+        drawn = jax.vmap(lambda key: jax.random.uniform(jax.random.fold_in(key, number), (4,)))(cases.key)
+        return (elements(drawn.T, element_rank=1),)
+
+    start = jax.vmap(lambda *motion: first_state(law, *motion))(*_motion(cases))
+    given = (law, *fixed), (jax.eval_shape(lambda: law), *like)
+    if settings.inside != "random":
+        return scan_cases(step, *given, start, steps)
+    shape = jax.ShapeDtypeStruct((4,), cases.up.dtype)
+    return scan_cases(step, *given, start, steps, drawn=coins, drawn_like=(shape,))
+
+
+def run_one(
+    settings: SearchSettings, law: EarthSearchLaw, case: SearchCases, steps: int, field: BrightnessMap | None
+) -> tuple[SearchState, SearchSample]:
+    """Final state and history [steps ...] of a single case, `SearchCases` of one."""
+    sound = jax.eval_shape(search_craft)
+    craft = jax.tree.map(lambda leaf, one: leaf[0] if leaf.ndim > len(one.shape) else leaf, case.craft, sound)
+    scene = jax.tree.map(lambda leaf: leaf[0], case.scene)
+    start = first_state(law, *(leaf[0] for leaf in _motion(case)))
+
+    def advance(state, number):
+        coin = jax.random.uniform(jax.random.fold_in(case.key[0], number), (4,))
+        return one_step(settings, law, field, craft, scene, case.orbital_rate[0], state, coin)
+
+    return jax.lax.scan(advance, start, jnp.arange(steps))
+
+
+def _motion(cases):
+    return cases.quaternion, cases.angular_velocity, cases.up, cases.along, cases.greenwich
+
+
+def _alone(leaf):
+    return jax.ShapeDtypeStruct(leaf.shape[1:], leaf.dtype)
+
+
+def time_steps(seconds: float, settings: SearchSettings) -> int:
+    """Steps that fill a time [s]."""
+    return math.ceil(seconds / settings.period_s)

@@ -1,0 +1,39 @@
+"""The scenario `earth-search`: its options, a case's history, and what of it is drawn."""
+
+import numpy as np
+import pytest
+
+from jaxsat.cli.case_files import write_history
+from jaxsat.cli.earth_search import case_history, make
+from jaxsat.errors import InputError
+from jaxsat.sweep import earth_search
+
+
+@pytest.mark.parametrize(
+    ("given", "field"),
+    [
+        ({"spacecraft": "medium"}, "spacecraft"),
+        ({"altitude_km": "90"}, "altitude_km"),
+        ({"altitude_spread_km": "700"}, "altitude_spread_km"),
+        ({"strateg": "fast"}, "strateg"),
+        ({"inside": "maybe"}, "inside"),
+        ({"period_s": "nan"}, "period_s"),
+    ],
+)
+def test_wrong_options_are_named(given, field):
+    with pytest.raises(InputError, match=field):
+        make(given)
+
+
+def test_a_case_has_a_history_and_a_picture(tmp_path):
+    settings, samples = earth_search.history({"spacecraft": "small", "time_s": "60", "brightness": "even"}, 1, 5)
+    assert settings.period_s == 0.5 and samples.mode.shape == (120,)
+    columns, panels = case_history(samples)
+    t_s = settings.period_s * np.arange(120)
+    write_history(tmp_path, t_s, columns, panels, title="Earth search, case 5")
+    rows = (tmp_path / "history.csv").read_text().splitlines()
+    assert len(rows) == 121 and rows[0].startswith("t_s,nadir_x") and "first-y_W_m2_sr" in rows[0]
+    assert (tmp_path / "history.png").stat().st_size > 20_000
+    nadir = np.stack([columns[f"nadir_{c}"] for c in "xyz"])
+    np.testing.assert_allclose(np.linalg.norm(nadir, axis=0), 1.0, atol=1e-9)
+    np.testing.assert_allclose(np.cos(np.radians(columns["error_deg"])), nadir[2], atol=1e-9)
