@@ -19,6 +19,7 @@ SCENARIOS: dict[str, Entry] = {
     ),
     "emergency-mode": Entry(
         "jaxsat.cli.emergency_mode:make", "a satellite with magnetic coils turns into its orbital attitude"
+    ),
     "earth-search": Entry(
         "jaxsat.cli.earth_search:make", "a spacecraft with four horizon sensors finds the Earth and tracks it"
     ),
