@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -27,18 +26,6 @@ def test_help_and_usage_errors_import_nothing_heavy(arguments):
     script = f"import sys; from jaxsat.cli.main import run; run({arguments!r}); print({{*{HEAVY}}} & {{*sys.modules}})"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "set()"
-
-
-def test_help_is_quick():
-    script = "import sys; from jaxsat.cli.main import main; sys.argv = ['jaxsat', '--help']; main()"
-    times = []
-    for _ in range(3):
-        begin = time.perf_counter()
-        done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
-        times.append(time.perf_counter() - begin)
-    assert done.returncode == 0 and "fit" in done.stdout
-    # 0.3 s on a quiet machine; the promise is 0.5 s, a busy test machine gets twice that.
-    assert min(times) < 1.0
 
 
 @pytest.mark.parametrize(

@@ -52,7 +52,7 @@ def test_one_case_again_with_its_history(swept):
 
 @pytest.mark.parametrize(
     ("option", "words"),
-    [("estimator=best", "tracking, published"), ("inertia=2", "from 0 to 0.2"), ("inertias=0.1", "inertia")],
+    [("estimator=best", "tracking, filter, published"), ("inertia=2", "from 0 to 0.2"), ("inertias=0.1", "inertia")],
 )
 def test_a_wrong_option_is_one_line(option, words, tmp_path, capsys):
     assert run(["sweep", "sun-pointing", "--set", option, "--out", str(tmp_path / "out")]) in (1, 2)
