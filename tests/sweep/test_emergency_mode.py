@@ -13,8 +13,9 @@ def test_cases_and_their_histories():
     scenario = emergency_mode.make(OPTIONS)
     found = scenario.run(5, np.arange(scenario.chunk))
     assert set(found) == {"status", *scenario.metrics} and all(x.shape == (250,) for x in found.values())
-    assert np.mean(found["status"] == 0) > 0.8
+    # Two orbits are enough for some.
     settled = found["status"] == 0
+    assert 0.1 < np.mean(settled) < 0.9 and (found["status"] < 2).all()
     assert np.isnan(found["settling_time_s"][~settled]).all() and (found["last_error_deg"][settled] < 1.0).all()
     for case in (int(np.argmax(settled)), int(np.argmin(settled))):
         samples = emergency_mode.history(OPTIONS, 5, case)
