@@ -50,7 +50,7 @@ def run_years(
     *,
     first: int = 0,
     key: Key[Array, ""] | None = None,
-    leg_periods: int = 21_600,
+    leg_periods: int = 5_400,
 ) -> Iterator[tuple[EmergencyState, Sample]]:
     """One satellite over many control periods from number `first`: state and samples, one in 64 s, of leg after leg.
 
