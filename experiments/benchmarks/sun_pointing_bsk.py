@@ -5,6 +5,7 @@ lit, MRP feedback. The control period is 1 s. Its process must not have started 
 """
 
 import functools
+import os
 import tempfile
 import time
 from pathlib import Path
@@ -159,8 +160,8 @@ def execute(quaternions, rates, seconds, sim, filename):
     np.save(filename, np.array(sim.craft.scStateOutMsg.read().sigma_BN))
 
 
-def run(quaternions, rates, inertia, mounting, thruster, *, periods: int, workers: int) -> tuple[float, np.ndarray]:
-    """Wall time [s] of all cases, and the angle between Sun and sensor axis at the end of each [deg].
+def run(quaternions, rates, inertia, mounting, thruster, *, periods: int, workers: int):
+    """Wall and processor time [s] of all cases, and the angle between Sun and sensor axis at the end of each [deg].
 
     `quaternions` (inertial from body, scalar first) and body `rates` [rad/s] have one row a case; `workers` 0 runs the
     cases in this process without the controller.
@@ -171,10 +172,10 @@ def run(quaternions, rates, inertia, mounting, thruster, *, periods: int, worker
         archive = Path(folder) / "archive"
         if workers == 0:
             archive.mkdir()
-            began = time.perf_counter()
+            began, used = time.perf_counter(), _processor_s()
             for case in range(len(rates)):
                 executing(creating(), str(archive / f"run{case}"))
-            wall = time.perf_counter() - began
+            wall, used = time.perf_counter() - began, _processor_s() - used
         else:
             controller = Controller()
             controller.setSimulationFunction(creating)
@@ -182,12 +183,17 @@ def run(quaternions, rates, inertia, mounting, thruster, *, periods: int, worker
             controller.setExecutionCount(len(rates))
             controller.setThreadCount(workers)
             controller.setArchiveDir(str(archive))
-            began = time.perf_counter()
+            began, used = time.perf_counter(), _processor_s()
             # No retention policy: with one, the controller sleeps for a second after each case.
             failed = controller.executeSimulations()
-            wall = time.perf_counter() - began
+            wall, used = time.perf_counter() - began, _processor_s() - used
             if failed:
                 raise RuntimeError(f"Basilisk: {len(failed)} of {len(rates)} cases did not run")
         ends = np.array([np.load(archive / f"run{case}.npy") for case in range(len(rates))])
     sun_body = np.array([RigidBodyKinematics.MRP2C(sigma)[:, 0] for sigma in ends])
-    return wall, np.degrees(np.arccos(np.clip(sun_body @ mounting[:, 0], -1.0, 1.0)))
+    return wall, used, np.degrees(np.arccos(np.clip(sun_body @ mounting[:, 0], -1.0, 1.0)))
+
+
+def _processor_s() -> float:
+    """Of this process and of those that it has waited for."""
+    return sum(os.times()[:4])

@@ -44,7 +44,7 @@ def main() -> None:
     theirs = all_cases(q, w, *craft, PERIODS)
     peer_s = time.perf_counter() - began
 
-    ours_s, found = timed_sweep("published", seed=SEED, cases=CASES, chunk=sun_pointing.CHUNK)
+    ours_s, _, found = timed_sweep("published", seed=SEED, cases=CASES, chunk=sun_pointing.CHUNK)
     ours = np.stack([found["settling_time_s"][:PEER_CASES], found["impulse_N_s"][:PEER_CASES]], axis=1)
     same = np.abs(ours[:, 0] - theirs[:, 0]) < 0.5
     result = {
