@@ -5,7 +5,7 @@ case has succeeded if the Sun is within 3 deg of the sensor's axis at the end. N
 imported in the times: the fastest of three, but Basilisk's variants run once. On a shared machine the ratio is that of
 processor times, all processes and threads counted. Prints a table, writes JSON; 2 minutes.
 
-    .venv/bin/pip install -e . bsk
+    .venv/bin/pip install -e '.[basilisk]'
     .venv/bin/python experiments/benchmarks/sun_pointing_basilisk.py --out sun-basilisk.json
 """
 
@@ -54,7 +54,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("sun-basilisk.json"))
     arguments = parser.parse_args()
     if importlib.util.find_spec("Basilisk") is None:
-        sys.exit("Basilisk is not installed: pip install bsk")
+        sys.exit("Basilisk is not installed: pip install -e '.[basilisk]'")
 
     from jaxsat.cli.numerics import set_up_jax
 
