@@ -1,8 +1,10 @@
 """The files of a single case of a sweep: case.json, history.csv and history.png."""
 
 import csv
+import dataclasses
+import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +15,24 @@ from jaxsat.cli.staging import staged_directory
 from jaxsat.cli.sweep_files import case_summary
 from jaxsat.cli.tables import show
 from jaxsat.errors import InputError
-from jaxsat.sweep import Scenario, SweepPlan, read_plan, run_cases
+from jaxsat.sweep import Factory, Scenario, SweepPlan, read_plan, run_cases
 
 SCHEMA = "jaxsat.sweep-case/1"
 FILES = ("history.csv", "history.png", "case.json")
 """All names that a case may have; a scenario's replay may add others."""
+
+
+Replay = Callable[[Mapping[str, str], int, int, Path], None]
+"""Writes the files of a case from all options, the seed, the case's number and the directory."""
+
+
+def with_replay(factory: Factory, replay: Replay) -> Factory:
+    """Returns the factory of the same scenarios, whose cases can be replayed."""
+
+    def build(options: Mapping[str, str]) -> Scenario:
+        return dataclasses.replace(factory(options), replay=functools.partial(replay, options))
+
+    return Factory(build, factory.options)
 
 
 def write_history(

@@ -1,31 +1,25 @@
 """The scenario `earth-search` with the files of a single case: what the four sensors said and where the Earth was."""
 
-import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
-from jaxsat.cli.case_files import write_history
-from jaxsat.sweep import Factory, Scenario, earth_search
+from jaxsat.cli.case_files import with_replay, write_history
+from jaxsat.sweep import earth_search
 
 SENSORS = ("+x", "+y", "-x", "-y")
 
 
-def _build(options: Mapping[str, str]) -> Scenario:
-    filled = earth_search.make.filled(options)
-
-    def replay(seed: int, case: int, directory: Path) -> None:
-        settings, samples = earth_search.history(options, seed, case)
-        columns, panels = case_history(samples)
-        t_s = settings.period_s * np.arange(len(samples.mode))
-        subtitle = f"seed {seed}, {filled['spacecraft']} spacecraft, {filled['strategy']} strategy"
-        write_history(directory, t_s, columns, panels, title=f"Earth search, case {case}", subtitle=subtitle)
-
-    return dataclasses.replace(earth_search.make(options), replay=replay)
+def _replay(options: Mapping[str, str], seed: int, case: int, directory: Path) -> None:
+    settings, samples = earth_search.history(options, seed, case)
+    columns, panels = case_history(samples)
+    t_s = settings.period_s * np.arange(len(samples.mode))
+    subtitle = f"seed {seed}, {options['spacecraft']} spacecraft, {options['strategy']} strategy"
+    write_history(directory, t_s, columns, panels, title=f"Earth search, case {case}", subtitle=subtitle)
 
 
-make = Factory(_build, earth_search.OPTIONS)
+make = with_replay(earth_search.make, _replay)
 
 
 def case_history(samples) -> tuple[dict[str, np.ndarray], dict[str, dict[str, np.ndarray]]]:

@@ -1,27 +1,23 @@
 """The scenario `sun-pointing` with the files of a single case: figures 20 to 22 of Zhukov 2019 for any of them."""
 
-import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
-from jaxsat.cli.case_files import write_history
-from jaxsat.sweep import Factory, Scenario, sun_pointing
+from jaxsat.cli.case_files import with_replay, write_history
+from jaxsat.sweep import sun_pointing
 
 
-def _build(options: Mapping[str, str]) -> Scenario:
-    def replay(seed: int, case: int, directory: Path) -> None:
-        settings, samples = sun_pointing.history(options, seed, case)
-        columns, panels = case_history(samples)
-        t_s = settings.period_s * np.arange(len(samples.mode))
-        subtitle = f"seed {seed}, {settings.estimator} estimator; seen every {settings.period_s:g} s"
-        write_history(directory, t_s, columns, panels, title=f"Sun pointing, case {case}", subtitle=subtitle)
-
-    return dataclasses.replace(sun_pointing.make(options), replay=replay)
+def _replay(options: Mapping[str, str], seed: int, case: int, directory: Path) -> None:
+    settings, samples = sun_pointing.history(options, seed, case)
+    columns, panels = case_history(samples)
+    t_s = settings.period_s * np.arange(len(samples.mode))
+    subtitle = f"seed {seed}, {settings.estimator} estimator; seen every {settings.period_s:g} s"
+    write_history(directory, t_s, columns, panels, title=f"Sun pointing, case {case}", subtitle=subtitle)
 
 
-make = Factory(_build, sun_pointing.OPTIONS)
+make = with_replay(sun_pointing.make, _replay)
 
 
 def case_history(samples) -> tuple[dict[str, np.ndarray], dict[str, dict[str, np.ndarray]]]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Key
+from jaxtyping import Array, Key
 
 from jaxsat.control.emergency_loop import EmergencyState, first_state
 from jaxsat.control.emergency_orbit import Leg
@@ -62,13 +62,3 @@ def _case(dispersions: Dispersions, leg: Leg, key) -> Cases:
         inertia, inverse_3x3(inertia), nominal.assumed_inertia, strength * quaternion.to_dcm(turn), shown
     )
     return Cases(first_state(leg, off, rate, vehicle), vehicle, jax.random.fold_in(key, 8))
-
-
-def starts(off_deg: float, axes: Float[Array, "cases 3"], leg: Leg) -> EmergencyState:
-    """Nominal satellites at inertial rest, `off_deg` off about given unit axes; leaves with the cases in front."""
-    vehicle = nominal_vehicle()
-
-    def one(axis):
-        return first_state(leg, quaternion.from_rotation_vector(math.radians(off_deg) * axis), jnp.zeros(3), vehicle)
-
-    return jax.vmap(one)(axes)
