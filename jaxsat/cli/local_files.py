@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jaxsat.cli.output import PANELS, plain, write_csv, write_json
+from jaxsat.cli.output import PANELS, csv_numbers, plain, write_json, write_numbers_csv
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from fitting.local.solutions import LocalSolutions
     from fitting.observations import Observations
     from jaxsat.cli.session import PreparedSession
+    from jaxsat.time import Epoch
 
 SCHEMA = "jaxsat.local/1"
 CONVENTION = "a_ij: component i in inertial axes (equatorial of date) of body axis j; inertial vector = a body vector"
@@ -57,22 +58,12 @@ def write_local(
     plots: bool,
 ) -> None:
     """Writes all files; `began` is when the command did, of perf_counter."""
-    from scipy.spatial.transform import Rotation
-
-    epoch, count = prepared.session.epoch, solutions.count
+    epoch = prepared.session.epoch
     direct, albedo = modelled_mA(samples, solutions)
     measured = 1e3 * samples.currents
-    rows, times = [], []
-    for k, t in enumerate(observed.t.tolist()):
-        for n in range(max(count[k], 1)):
-            q = solutions.quaternion[k, n]
-            cosines = Rotation.from_quat(q, scalar_first=True).as_matrix() if count[k] else np.full((3, 3), np.nan)
-            numbers = [*cosines.ravel(), *q, *_numbers(solutions, k, n)]
-            rows.append([n + 1 if count[k] else "", *numbers, solutions.status[k], solutions.reason[k]])
-            times.append(t)
-    write_csv(directory / "attitude.csv", ATTITUDE_COLUMNS, np.array(times), epoch, rows)
+    _write_attitudes(directory / "attitude.csv", observed.t, epoch, solutions)
     table = np.hstack([measured, direct, albedo, measured - albedo])
-    write_csv(directory / "currents.csv", CURRENT_COLUMNS, observed.t, epoch, table.tolist())
+    write_numbers_csv(directory / "currents.csv", CURRENT_COLUMNS, observed.t, epoch, table)
     if plots:
         for name, png in draw_local(observed, samples, solutions, direct, albedo, prepared.subtitle).items():
             (directory / name).write_bytes(png)
@@ -85,32 +76,58 @@ def write_local(
         "convention": CONVENTION,
         "status_counts": dict(Counter(solutions.status)),
         "reasons": dict(Counter(reason for reason in solutions.reason if reason)),
-        "samples": [_sample(solutions, k, t) for k, t in enumerate(observed.t.tolist())],
+        "samples": _samples(observed.t, solutions),
         "timing_s": {"total": time.perf_counter() - began},
     }
     write_json(directory / "local.json", plain(document)[0])
 
 
-def _numbers(solutions, k, n) -> list[float]:
+def _write_attitudes(path: Path, t: np.ndarray, epoch: "Epoch", solutions: "LocalSolutions") -> None:
+    """One row an attitude, the best of a sample first; a sample without has a row of empty fields."""
+    from scipy.spatial.transform import Rotation
+
+    listed = np.isfinite(solutions.rms)
+    listed[:, 0] = True
+    sample, place = np.nonzero(listed)
+    q = solutions.quaternion[listed]
+    known = np.isfinite(q[:, 0])
+    cosines = np.full((len(q), 9), np.nan)
+    cosines[known] = Rotation.from_quat(q[known], scalar_first=True).as_matrix().reshape(-1, 9)
+    number = np.where(known, 1.0 + place, np.nan)
+    numbers = csv_numbers(np.column_stack([number, cosines, q, *(x[listed] for x in _numbers(solutions).values())]))
+    verdicts = [
+        f'{status},"{reason}"' if reason else f"{status},"
+        for status, reason in zip(solutions.status, solutions.reason, strict=True)
+    ]
+    rows = zip(csv_numbers(t[sample][:, None]), epoch.iso_texts(t[sample]), numbers, sample.tolist(), strict=True)
+    with path.open("w", newline="", encoding="utf-8") as stream:
+        stream.write(",".join(ATTITUDE_COLUMNS) + "\n")
+        stream.writelines(f"{time},{utc},{row},{verdicts[k]}\n" for time, utc, row, k in rows)
+
+
+def _numbers(solutions: "LocalSolutions") -> dict[str, np.ndarray]:
+    """[samples found] what is told of each attitude."""
+    return {
+        "field_angle_deg": np.degrees(solutions.field_angle),
+        "sigma_deg": np.degrees(solutions.sigma),
+        "direct": solutions.direct,
+        "albedo": solutions.albedo,
+        "rms_mA": np.where(np.isfinite(solutions.rms), 1e3 * solutions.rms, np.nan),
+    }
+
+
+def _samples(t: np.ndarray, solutions: "LocalSolutions") -> list[dict[str, Any]]:
+    columns = {"quaternion_inertial_from_body": solutions.quaternion, **_numbers(solutions)}
+    values = {name: column.tolist() for name, column in columns.items()}
     return [
-        float(np.degrees(solutions.field_angle[k, n])),
-        float(np.degrees(solutions.sigma[k, n])),
-        float(solutions.direct[k, n]),
-        float(solutions.albedo[k, n]),
-        1e3 * float(solutions.rms[k, n]),
-    ]
-
-
-def _sample(solutions, k, t) -> dict[str, Any]:
-    names = ("field_angle_deg", "sigma_deg", "direct", "albedo", "rms_mA")
-    found = [
         {
-            "quaternion_inertial_from_body": solutions.quaternion[k, n],
-            **dict(zip(names, _numbers(solutions, k, n), strict=True)),
+            "t_s": instant,
+            "status": solutions.status[k],
+            "reason": solutions.reason[k],
+            "solutions": [{name: column[k][n] for name, column in values.items()} for n in range(count)],
         }
-        for n in range(solutions.count[k])
+        for k, (instant, count) in enumerate(zip(t.tolist(), solutions.count.tolist(), strict=True))
     ]
-    return {"t_s": t, "status": solutions.status[k], "reason": solutions.reason[k], "solutions": found}
 
 
 def modelled_mA(samples: "LocalSamples", solutions: "LocalSolutions") -> tuple[np.ndarray, np.ndarray]:
@@ -120,8 +137,7 @@ def modelled_mA(samples: "LocalSamples", solutions: "LocalSolutions") -> tuple[n
     from fitting.local.shares import patterns
 
     q = np.nan_to_num(solutions.quaternion[:, 0])
-    at = jax.jit(jax.vmap(patterns, (0, None, None, 0)))
-    parts = at(q, samples.panels, samples.earth, samples.light)
+    parts = jax.jit(jax.vmap(patterns, (0, None, None, 0)))(q, samples.panels, samples.earth, samples.light)
     factors = solutions.direct[:, :1], solutions.albedo[:, :1]
     direct, albedo = (1e3 * factor * np.asarray(part) for factor, part in zip(factors, parts, strict=True))
     return direct, albedo

@@ -121,13 +121,18 @@ def satellite(config: "Config") -> tuple[Spacecraft, Albedo]:
         magnet=jnp.asarray(given.magnet),
         rods=MagneticRods(jnp.asarray(given.rods), jnp.eye(3)[1:], jnp.asarray(given.reference_field)),
         panels=SolarPanels(
-            jax.jit(lambda angles: tilted(box_normals(), angles))(jnp.asarray(given.tilts.reshape(6, 2))),
+            _normals(jnp.asarray(given.tilts.reshape(6, 2))),
             jnp.asarray(given.max_current),
             jnp.asarray(given.gains),
         ),
     )
     specular, diffuse = given.albedo
     return craft, Albedo(jnp.asarray(specular), jnp.asarray(diffuse))
+
+
+@jax.jit
+def _normals(tilts):
+    return tilted(box_normals(), tilts)
 
 
 def _orbit(config: "Config", epoch: Epoch, end: float, file: Path | None):
@@ -185,9 +190,13 @@ def _readings(config: "Config", truth: Truth) -> tuple[np.ndarray, np.ndarray]:
         )
         clean = np.where(within[:, None], limited, clean)
     draw = uniform_noise if s.noise == "uniform" else jax.random.normal
-    options = {"sigma": s.noise_mA, "offset": s.zero_offset_mA, "quantum": s.quantum_mA, "draw": draw}
-    read = jax.jit(functools.partial(current_readings, **options))(jnp.asarray(clean), key=jax.random.key(s.seed))
-    return clean, np.asarray(read)
+    sigma, offset, key = jnp.asarray(s.noise_mA), jnp.asarray(s.zero_offset_mA), jax.random.key(s.seed)
+    return clean, np.asarray(_read(jnp.asarray(clean), key, sigma, offset, quantum=s.quantum_mA, draw=draw))
+
+
+@functools.partial(jax.jit, static_argnames=("quantum", "draw"))
+def _read(clean, key, sigma, offset, *, quantum, draw):
+    return current_readings(clean, sigma=sigma, offset=offset, quantum=quantum, draw=draw, key=key)
 
 
 def _raw_sun(config: "Config", epoch: Epoch, tle: tuple[str, str], truth: Truth, read: np.ndarray) -> str:

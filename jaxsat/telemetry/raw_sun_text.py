@@ -1,5 +1,6 @@
 """Writing a RAW_SUN session file, in the layout that `raw_sun` reads."""
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -33,32 +34,21 @@ def raw_sun_text(
     """
     columns = currents_mA[:, list(panel_order)]
     field = np.where(np.isfinite(b_field_uT), b_field_uT, NO_READING_UT)
+    # The sum of what is written, as on board it is the sum of what is measured.
+    total = np.round(columns, current_decimals).sum(axis=1)
+    numbers = np.column_stack([position_eci_m / 1e3, velocity_eci_m_s / 1e3, columns, total, field])
+    current = f" %5.{current_decimals}f"
+    pattern = " %12.3f" * 3 + " %10.6f" * 3 + current * 7 + " %8.2f" * 2
     reception = _time(received.iso(3))
-    lines = [satellite, *tle]
-    rows = zip(
-        epoch.iso_texts(t_s, 3),
-        (position_eci_m / 1e3).tolist(),
-        (velocity_eci_m_s / 1e3).tolist(),
-        columns.tolist(),
-        # The sum of what is written, as on board it is the sum of what is measured.
-        np.round(columns, current_decimals).sum(axis=1).tolist(),
-        field.tolist(),
-        strict=True,
-    )
-    for instant, position, velocity, currents, total, magnetometer in rows:
-        currents_text = " ".join(f"{x:5.{current_decimals}f}" for x in (*currents, total))
-        lines.append(
-            f"{_time(instant)}  {reception} "
-            f"{position[0]:12.3f} {position[1]:12.3f} {position[2]:12.3f} "
-            f"{velocity[0]:10.6f} {velocity[1]:10.6f} {velocity[2]:10.6f} "
-            f"{currents_text} {magnetometer[0]:8.2f} {magnetometer[1]:8.2f}"
-        )
-    return "\n".join(lines) + "\n"
+    rows = zip(epoch.iso_texts(t_s, 3), numbers.tolist(), strict=True)
+    lines = [f"{_time(instant)}  {reception}" + pattern % tuple(row) for instant, row in rows]
+    return "\n".join([satellite, *tle, *lines]) + "\n"
 
 
 def _time(instant: str) -> str:
     """Year, month, day, hour, minute and second of an ISO instant in columns."""
-    date, clock = instant.split("T")
-    year, month, day = date.split("-")
-    hour, minute, second = clock.split(":")
-    return f"{year} {int(month):2d} {int(day):2d} {int(hour):2d} {int(minute):2d} {float(second):6.3f}"
+    return _LEADING_ZERO.sub("  ", instant.translate(_TO_BLANKS))
+
+
+_TO_BLANKS = str.maketrans("-T:", "   ")
+_LEADING_ZERO = re.compile(r" 0(?=\d)")
