@@ -3,7 +3,7 @@
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import CycloptsError, Parameter, validators
 
@@ -65,6 +65,22 @@ def local(
             validator=validators.Number(gt=0.0, lte=10.0),
         ),
     ] = None,
+    sun_sigma_deg: Annotated[
+        float | None,
+        Parameter(
+            help="1-sigma of the Sun's direction from the currents, for sun-field: what the light of the Earth adds. "
+            "[default: 10]",
+            validator=validators.Number(gt=0.0, lte=90.0),
+        ),
+    ] = None,
+    field_sigma_ut: Annotated[
+        float | None,
+        Parameter(
+            name="--field-sigma-uT",
+            help="1-sigma of a magnetometer axis, for sun-field. [default: 0.5]",
+            validator=validators.Number(gt=0.0, lte=100.0),
+        ),
+    ] = None,
     config: ConfigFile = None,
     arc: Arc = None,
     drop: Drop = None,
@@ -77,7 +93,7 @@ def local(
     that explain a sample), currents.csv (direct and returned sunlight apart),
     local.json and pictures. What cannot be told has a status and a reason.
 
-    Exit status: 0 done, 1 bad input, 2 wrong usage,
+    Exit status: 0 done, 1 bad input or no sample in sunlight, 2 wrong usage,
     3 no sample has an attitude.
 
     Example: jaxsat local a.RAW_SUN --albedo-max 0.3 --out a-local
@@ -87,6 +103,9 @@ def local(
     began = time.perf_counter()
     if direct_sigma is not None and method != "five-parameter":
         raise CycloptsError(msg="--direct-sigma is for --method five-parameter.")
+    for option, value in {"--sun-sigma-deg": sun_sigma_deg, "--field-sigma-uT": field_sigma_ut}.items():
+        if value is not None and method != "sun-field":
+            raise CycloptsError(msg=f"{option} is for --method sun-field.")
     settings = read_settings(config, arc=arc, drop=drop)
     if file is None:
         print(f"jaxsat: no file given: taking the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
@@ -104,7 +123,10 @@ def local(
     with staged_directory(out, FILES) as stage:
         prepared = prepare_session(file or BUNDLED, settings)
         observed, samples = local_samples(prepared, settings, earth)
-        limits = {"albedo_max": albedo_max, "direct_sigma": direct_sigma, "x": x}
+        limits: dict[str, Any] = {"albedo_max": albedo_max, "direct_sigma": direct_sigma, "x": x}
+        if method == "sun-field":
+            limits["sun_sigma_deg"] = SUN_SIGMA_DEG if sun_sigma_deg is None else sun_sigma_deg
+            limits["field_sigma_uT"] = FIELD_SIGMA_UT if field_sigma_ut is None else field_sigma_ut
         solutions = solve(method, prepared, observed, samples, **limits)
         options = {"method": method, "program": PROGRAM[method], "earth": earth, **limits}
         write_local(stage, prepared, observed, samples, solutions, options=options, began=began, plots=plots)
@@ -165,6 +187,8 @@ def solve(
     albedo_max: float | None = None,
     direct_sigma: float | None = None,
     x: str | None = None,
+    sun_sigma_deg: float = SUN_SIGMA_DEG,
+    field_sigma_uT: float = FIELD_SIGMA_UT,
 ) -> "LocalSolutions":
     """Attitudes of the samples by one of the methods."""
     import numpy as np
@@ -183,8 +207,8 @@ def solve(
     return solve_sun_field(
         samples,
         field_body,
-        sun_sigma=np.radians(SUN_SIGMA_DEG),
-        field_sigma=1e-6 * FIELD_SIGMA_UT,
+        sun_sigma=np.radians(sun_sigma_deg),
+        field_sigma=1e-6 * field_sigma_uT,
         max_albedo=limit,
         **given,
     )

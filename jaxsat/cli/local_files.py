@@ -65,7 +65,8 @@ def write_local(
     table = np.hstack([measured, direct, albedo, measured - albedo])
     write_numbers_csv(directory / "currents.csv", CURRENT_COLUMNS, observed.t, epoch, table)
     if plots:
-        for name, png in draw_local(observed, samples, solutions, direct, albedo, prepared.subtitle).items():
+        figures = draw_local(observed, samples, solutions, direct, albedo, prepared.subtitle, options["method"])
+        for name, png in figures.items():
             (directory / name).write_bytes(png)
     document = {
         "schema": SCHEMA,
@@ -143,22 +144,34 @@ def modelled_mA(samples: "LocalSamples", solutions: "LocalSolutions") -> tuple[n
     return direct, albedo
 
 
-def draw_local(observed, samples, solutions, direct, albedo, subtitle) -> dict[str, bytes]:
+def draw_local(observed, samples, solutions, direct, albedo, subtitle, method) -> dict[str, bytes]:
     """Returns the pictures as PNG by file name."""
+    import jax
+
+    from jaxsat.math import quaternion
     from jaxsat.plotting import draw_currents, draw_local_attitudes, png_bytes
 
     measured = 1e3 * samples.currents
     lit = np.asarray(samples.light.illumination) > 0.0
     best = np.isfinite(solutions.rms[:, :1])
+    angle, name, extent = np.degrees(solutions.field_angle), "angle of body x to the field, deg", (0.0, 180.0)
+    if method == "field-roll":
+        # There body x is on the field's line by assumption, and the roll is what was found.
+        sun_body = jax.jit(jax.vmap(jax.vmap(quaternion.rotate_inverse, (0, None))))
+        _, y, z = np.moveaxis(np.asarray(sun_body(solutions.quaternion, samples.light.sun_eci)), -1, 0)
+        angle = np.degrees(np.arctan2(z, y))
+        name, extent = "roll: direction of the Sun about body x, from y towards z, deg", (-180.0, 180.0)
     figures = {
         "attitude.png": draw_local_attitudes(
             observed.t,
-            np.degrees(solutions.field_angle),
+            angle,
             np.degrees(solutions.sigma[:, 0]),
             1e3 * solutions.rms[:, 0],
             {"direct": solutions.direct[:, 0], "albedo": solutions.albedo[:, 0]},
             status=np.array(solutions.status),
             lit=lit,
+            angle_name=name,
+            angle_range_deg=extent,
             subtitle=subtitle,
         ),
         "currents.png": draw_currents(

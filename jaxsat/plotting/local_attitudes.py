@@ -1,4 +1,4 @@
-"""Attitudes of single samples: angle to the field of each that explains it, what is left, and the shares of light."""
+"""Attitudes of single samples: an angle of each that explains it, what is left, and the shares of light."""
 
 from collections.abc import Mapping
 
@@ -13,17 +13,19 @@ _SHARE_COLOURS = ("#c79a00", "#3f9fd8")
 
 def draw_local_attitudes(
     t_s: np.ndarray,
-    field_angle_deg: np.ndarray,
+    angle_deg: np.ndarray,
     sigma_deg: np.ndarray,
     rms_mA: np.ndarray,
     shares: Mapping[str, np.ndarray],
     *,
     status: np.ndarray,
     lit: np.ndarray,
+    angle_name: str = "angle of body x to the field, deg",
+    angle_range_deg: tuple[float, float] = (0.0, 180.0),
     title: str = "Attitude of each sample by itself",
     subtitle: str = "",
 ) -> Figure:
-    """Returns the picture of attitudes [time found], the best first, NaN for none; the rest are [time].
+    """Returns the picture of attitudes [time found] by one angle, the best first, NaN for none; the rest are [time].
 
     Colours tell the status of a sample; its other attitudes are small and hollow.
     """
@@ -35,25 +37,26 @@ def draw_local_attitudes(
     for axes in (upper, error, left, light):
         shade_shadow(axes, t_s, lit, label=axes is upper)
     others = {"linestyle": "none", "marker": "o", "markersize": 3.4, "markerfacecolor": "white"}
-    if field_angle_deg.shape[1] > 1 and np.isfinite(field_angle_deg[:, 1:]).any():
-        handle = upper.plot(t_s, field_angle_deg[:, 1:], color=FAINT, markeredgewidth=0.8, **others)[0]
+    if angle_deg.shape[1] > 1 and np.isfinite(angle_deg[:, 1:]).any():
+        handle = upper.plot(t_s, angle_deg[:, 1:], color=FAINT, markeredgewidth=0.8, **others)[0]
         handle.set_label("other attitude")
     for name, colour in STATUS_COLOURS.items():
         chosen = (status == name) & np.isfinite(rms_mA)
         if chosen.any():
             style = {"linestyle": "none", "marker": "o", "markersize": 5, "color": colour}
-            upper.plot(t_s[chosen], field_angle_deg[chosen, 0], label=name, **style)
+            upper.plot(t_s[chosen], angle_deg[chosen, 0], label=name, **style)
             error.plot(t_s[chosen], sigma_deg[chosen], **{**style, "markersize": 4})
             left.plot(t_s[chosen], rms_mA[chosen], **{**style, "markersize": 4})
-    upper.set_ylim(-4.0, 184.0)
-    upper.set_yticks(np.arange(0.0, 181.0, 45.0))
+    low, high = angle_range_deg
+    upper.set_ylim(low - 0.02 * (high - low), high + 0.02 * (high - low))
+    upper.set_yticks(np.linspace(low, high, 5))
     if upper.get_legend_handles_labels()[0]:
         upper.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=5, fontsize=8.5, frameon=False)
     for colour, (name, values) in zip(_SHARE_COLOURS, shares.items(), strict=False):
         light.plot(t_s, values, linestyle="none", marker="o", markersize=4, color=colour, label=name)
     light.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2, fontsize=8.5, frameon=False)
     heads = (
-        "angle of body x to the field, deg",
+        angle_name,
         "1σ about the least seen axis, deg",
         "residual RMS, mA",
         "factors of direct and returned sunlight",
