@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxsat.constants import AU
-from jaxsat.environment.sun import apparent_sun
+from jaxsat.environment.sun import apparent_place_gcrf
 from jaxsat.frames import dcms_eci_from_gcrf
 from jaxsat.time import SECONDS_PER_DAY, Epoch
 
@@ -40,9 +40,9 @@ def ephemeris(epoch: Epoch, t_s: Float[np.ndarray, "n"], ut1_minus_utc: int | fl
     same at all instants, in error by what that is where it is not given (0.004 deg at most).
     """
     t_s = np.asarray(t_s, float)
-    sun, sun_distance = apparent_sun(epoch, t_s)
     of_date = dcms_eci_from_gcrf(epoch, t_s)
-    moon, moon_distance = _moon(epoch, t_s, of_date)
+    sun, sun_distance = _of_date(of_date, apparent_place_gcrf(epoch, t_s))
+    moon, moon_distance = _of_date(of_date, _moon_gcrf(epoch, t_s))
     return Ephemeris(
         *_right_ascension_and_declination(sun),
         sun_distance,
@@ -71,12 +71,17 @@ def sidereal_time(
 def apparent_moon(epoch: Epoch, t_s: Float[np.ndarray, "n"]) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n"]]:
     """Returns the unit vector to the Moon, true equator and equinox of date, and its distance [m], see `ephemeris`."""
     t_s = np.asarray(t_s, float)
-    return _moon(epoch, t_s, dcms_eci_from_gcrf(epoch, t_s))
+    return _of_date(dcms_eci_from_gcrf(epoch, t_s), _moon_gcrf(epoch, t_s))
 
 
-def _moon(epoch: Epoch, t_s: np.ndarray, of_date: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _moon_gcrf(epoch: Epoch, t_s: np.ndarray) -> np.ndarray:
     tt1, tt2 = epoch.tt()
-    place = AU * np.einsum("nij,nj->ni", of_date, erfa.moon98(tt1, tt2 + t_s / SECONDS_PER_DAY)["p"])
+    return AU * erfa.moon98(tt1, tt2 + t_s / SECONDS_PER_DAY)["p"]
+
+
+def _of_date(dcm: np.ndarray, place_gcrf: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Unit vectors in the axes of date, and distances."""
+    place = np.einsum("nij,nj->ni", dcm, place_gcrf)
     distance = np.linalg.norm(place, axis=1)
     return place / distance[:, None], distance
 

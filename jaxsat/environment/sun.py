@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from jaxsat.constants import AU
 from jaxsat.environment.orbit.abstract import AbstractOrbit
-from jaxsat.frames import dcm_eci_from_ecliptic
+from jaxsat.frames import dcm_eci_from_ecliptic, dcms_eci_from_gcrf
 from jaxsat.math import float_array
 from jaxsat.time import DAYS_PER_CENTURY, SECONDS_PER_DAY, Epoch
 
@@ -23,38 +23,39 @@ def apparent_sun(epoch: Epoch, t_s: Float[np.ndarray, "n"]) -> tuple[Float[np.nd
 
     Apparent place of the Sun's centre seen from the Earth's: light time, aberration by the Earth's velocity, frame
     bias, precession and nutation IAU 2006/2000A (Urban & Seidelmann 2013, section 7.2; ERFA epv00, ab, pnm06a).
-    Where instants are many they are joined by a cubic spline over half-hours, whose error is below 1e-12; parallax
-    within the orbit of a satellite (0.003 deg at 8000 km) is left out.
+    Where instants are many they are joined by cubic splines, see `dcms_eci_from_gcrf`; parallax within the orbit of a
+    satellite (0.003 deg at 8000 km) is left out.
     """
     t_s = np.asarray(t_s, float)
-    if t_s.size == 0:
-        return np.zeros((0, 3)), np.zeros(0)
-    start, end = float(np.min(t_s)), float(np.max(t_s))
-    nodes = max(4, 2 + int((end - start) / _GRID_STEP_S))
-    if t_s.size <= nodes:
-        place = _apparent_place(epoch, t_s)
-    else:
-        grid = np.linspace(start, max(end, start + 1.0), nodes)
-        place = CubicSpline(grid, _apparent_place(epoch, grid))(t_s)
+    place = np.einsum("nij,nj->ni", dcms_eci_from_gcrf(epoch, t_s), apparent_place_gcrf(epoch, t_s))
     distance = np.linalg.norm(place, axis=1)
     return place / distance[:, None], distance
 
 
+def apparent_place_gcrf(epoch: Epoch, t_s: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n 3"]:
+    """Return the vector to the Sun [m] of `apparent_sun` in the axes of the GCRF; half-hours are joined by a spline."""
+    start, end = (float(np.min(t_s)), float(np.max(t_s))) if t_s.size else (0.0, 0.0)
+    nodes = max(4, 2 + int((end - start) / _GRID_STEP_S))
+    if t_s.size <= nodes:
+        return _apparent_place(epoch, t_s)
+    grid = np.linspace(start, max(end, start + 1.0), nodes)
+    return CubicSpline(grid, _apparent_place(epoch, grid))(t_s)
+
+
 def _apparent_place(epoch: Epoch, t_s: np.ndarray) -> np.ndarray:
-    """Apparent geocentric vector of the Sun [m], true equator and equinox of date, [n, 3]."""
     tt1, tt2 = epoch.tt()
     tt2 = tt2 + t_s / SECONDS_PER_DAY
     # TT stands for TDB: they differ by less than 2 ms.
     earth_from_sun, earth = erfa.epv00(tt1, tt2)
     light_days = np.linalg.norm(earth_from_sun["p"], axis=1) * _LIGHT_DAYS_PER_AU
-    then_from_sun, then = erfa.epv00(tt1, tt2 - light_days)
-    sun_now = then["p"] - then_from_sun["p"] - earth["p"]
+    # Light left the Sun from where it was: back along its own motion about the barycentre, straight to a centimetre.
+    sun_now = -earth_from_sun["p"] - light_days[:, None] * (earth["v"] - earth_from_sun["v"])
     distance = np.linalg.norm(sun_now, axis=1)
     # Earth's velocity in units of the speed of light; the Sun's own potential is left out with distance 1e9 AU.
     velocity = earth["v"] * _LIGHT_DAYS_PER_AU
     root = np.sqrt(1.0 - np.sum(velocity**2, axis=1))
     direction = erfa.ab(sun_now / distance[:, None], velocity, np.full(t_s.shape, 1e9), root)
-    return np.einsum("nij,nj->ni", erfa.pnm06a(tt1, tt2), direction) * (distance * AU)[:, None]
+    return direction * (distance * AU)[:, None]
 
 
 def _terms(*texts: str) -> tuple[np.ndarray, ...]:
