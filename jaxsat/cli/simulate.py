@@ -29,7 +29,8 @@ def simulate(
     The configuration is that of a fit, with a section [simulate] of its own;
     without it the nominal Munin of 2001-01-18 is simulated. Writes
     session.RAW_SUN and session.truth.json, angles.csv, currents.csv and
-    limb.csv, currents.png and angles.png.
+    limb.csv, currents.png and angles.png; where simulate.panel_corners_m
+    describes panels of other outlines, also panels.csv.
 
     Exit status: 0 done, 1 bad input, 2 wrong usage.
 

@@ -10,6 +10,7 @@ from rich.text import Text
 
 from jaxsat.cli.fit_files import versions
 from jaxsat.cli.output import PANELS, write_columns_csv, write_json
+from jaxsat.cli.simulate_panels import panel_columns
 from jaxsat.cli.tables import plain_table
 from jaxsat.telemetry.limb_angles import COLUMNS as LIMB_COLUMNS
 from jaxsat.telemetry.synthetic import truth_document
@@ -24,6 +25,7 @@ FILES = (
     "angles.csv",
     "currents.csv",
     "limb.csv",
+    "panels.csv",
     "currents.png",
     "angles.png",
 )
@@ -38,6 +40,8 @@ def write_simulation(directory: Path, session: "SimulatedSession", config: "Conf
     write_json(directory / "session.truth.json", document(session, config))
     write_columns_csv(directory / "angles.csv", truth.t, epoch, angle_columns(session))
     write_columns_csv(directory / "currents.csv", truth.t, epoch, current_columns(session))
+    if session.panels is not None:
+        write_columns_csv(directory / "panels.csv", truth.t, epoch, panel_columns(session.panels, truth, config))
     with (directory / "limb.csv").open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(LIMB_COLUMNS)

@@ -12,6 +12,7 @@ import numpy as np
 from sgp4.api import Satrec
 
 from jaxsat.cli.inputs import nominal
+from jaxsat.cli.simulate_panels import configured_panels
 from jaxsat.constants import EARTH_MU
 from jaxsat.dynamics import AttitudeState
 from jaxsat.environment import KeplerOrbit, Surroundings, apparent_sun, elements_from_state, igrf_field, sgp4_orbit
@@ -19,6 +20,7 @@ from jaxsat.errors import InputError
 from jaxsat.math import quaternion
 from jaxsat.sensors import (
     Albedo,
+    PolygonPanels,
     attitude_from_sun_magnetic,
     current_readings,
     limited_currents,
@@ -52,6 +54,8 @@ class SimulatedSession:
     epoch: Epoch
     spacecraft: Spacecraft
     albedo: Albedo
+    panels: PolygonPanels | None
+    """Further ones, of `simulate.panel_corners_m`."""
     greenwich_angle: float
     """At t = 0 [rad]."""
     elements: dict[str, float]
@@ -81,6 +85,7 @@ def make_session(config: "Config", file: Path | None) -> SimulatedSession:
     angle = greenwich_angle(epoch) if angle is None else angle
     around = Surroundings(orbit, field, angle, config.earth.rotation_rate_rad_s)
     craft, albedo = satellite(config)
+    panels = configured_panels(config, file)
     try:
         truth = simulate_session(
             craft,
@@ -103,6 +108,7 @@ def make_session(config: "Config", file: Path | None) -> SimulatedSession:
         epoch=epoch,
         spacecraft=craft,
         albedo=albedo,
+        panels=panels,
         greenwich_angle=angle,
         elements=elements,
         tle=tle,

@@ -42,6 +42,9 @@ def _printable(name: str) -> str:
     return name
 
 
+_Outline = Annotated[tuple[Vector, ...], Field(strict=False, min_length=3, max_length=64)]
+
+
 class Simulate(Section):
     """A session made by `jaxsat simulate`; orbit, spacecraft, albedo, Earth and Sun are those of their sections."""
 
@@ -113,6 +116,15 @@ class Simulate(Section):
     velocity_sigma_m_s: NonNegative = Field(default=0.3, le=1e3, description="1-sigma of each velocity [m/s]")
     magnetometer_sigma_uT: NonNegative = Field(
         default=0.3, le=100.0, description="1-sigma of a magnetometer reading [uT]"
+    )
+    panel_corners_m: Annotated[tuple[_Outline, ...], Field(strict=False, min_length=1, max_length=64)] | None = Field(
+        default=None,
+        description="further flat convex panels, each by its corners in body axes, counter-clockwise seen from the "
+        "working side [m]; their direct and mirrored currents go to panels.csv",
+        examples=[[[[0.1, 0.0, 0.0], [0.1, 0.2, 0.0], [0.1, 0.0, 0.2]]]],
+    )
+    panel_density_mA_m2: Positive = Field(
+        default=6000.0, description="their current in direct sunlight at right angles [mA/m^2]"
     )
     seed: int = Field(default=0, ge=0, lt=2**32, description="seed of all noise")
 

@@ -8,6 +8,7 @@ import pytest
 
 from jaxsat.cli.config import load_config
 from jaxsat.cli.main import run
+from jaxsat.cli.simulate_panels import configured_panels, panel_columns
 from jaxsat.cli.simulate_run import make_session
 from jaxsat.errors import InputError
 from jaxsat.telemetry import clean, read_raw_sun
@@ -89,6 +90,24 @@ def test_the_reader_takes_every_row(session, tmp_path):
     assert 0.2 < np.std(field_error) < 0.4
 
 
+def test_panels_of_any_outline_see_what_the_box_sees(session):
+    corners = [[0.1, -0.1, -0.1], [0.1, 0.1, -0.1], [0.1, 0.1, 0.1], [0.1, -0.1, 0.1]]
+    triangle = [[0.0, 0.0, 0.1], [0.1, 0.0, 0.1], [0.0, 0.1, 0.1]]
+    density = json.loads(TRUTH.read_text())["cfg"]["imax"] / 0.04
+    given = {"simulate__panel_corners_m": [corners, triangle], "simulate__panel_density_mA_m2": density}
+    config = load_config(overrides=settings(**given))
+    panels = configured_panels(config, None)
+    found = panel_columns(panels, session.truth, config)
+    # The triangle is an eighth of its face.
+    for number, face, share in ((1, 0, 1.0), (2, 4, 0.125)):
+        for kind in ("direct", "specular"):
+            of_box = 1e3 * share * np.asarray(getattr(session.truth, f"{kind}_current"))[:, face]
+            assert of_box.max() > 1.0
+            # A mirror as round as the Earth does not send quite parallel light: 1e-7 over 0.2 m.
+            name = f"{kind.replace('specular', 'mirrored')}_{number}_mA"
+            np.testing.assert_allclose(found[name], of_box, atol=1e-4)
+
+
 def test_the_command_writes_what_it_says(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("jaxsat.cli.numerics.set_up_jax", lambda: None)
     config = tmp_path / "x.toml"
@@ -121,6 +140,7 @@ def test_the_command_writes_what_it_says(tmp_path, capsys, monkeypatch):
         ("quaternion", [1.0, 1.0, 0.0, 0.0], "expected a unit quaternion"),
         ("tle", ["1 x", "2 x"], "expected 69 characters"),
         ("limit_sum_mA", 100.0, "act within limit_s"),
+        ("panel_corners_m", [[[0.1, 0, 0], [0.1, 0.1, 0], [0.1, 0.1, 0.1], [0.2, 0, 0.1]]], "panel 0: not flat"),
         ("satellite", "two\nlines", "one line of plain text"),
         ("noise_mA", float("nan"), "finite"),
         ("samplings", 1.0, "did you mean 'sampling_s'?"),
