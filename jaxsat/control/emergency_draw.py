@@ -59,6 +59,12 @@ def _case(dispersions: Dispersions, leg: Leg, key) -> Cases:
     strength = 1.0 + dispersions.field * jax.random.normal(keys[6])
     shown = jnp.eye(3) + dispersions.magnetometer * jax.random.normal(keys[7], (3, 3))
     vehicle = EmergencyVehicle(
-        inertia, inverse_3x3(inertia), nominal.assumed_inertia, strength * quaternion.to_dcm(turn), shown
+        inertia=inertia,
+        inverse_inertia=inverse_3x3(inertia),
+        assumed_inertia=nominal.assumed_inertia,
+        field_error=strength * quaternion.to_dcm(turn),
+        magnetometer_error=shown,
+        panel_inertia=nominal.panel_inertia,
+        sigmas=nominal.sigmas,
     )
     return Cases(first_state(leg, off, rate, vehicle), vehicle, jax.random.fold_in(key, 8))
