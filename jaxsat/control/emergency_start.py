@@ -47,8 +47,9 @@ def transition_start(
 ) -> tuple[int, Float[Array, "4"], Float[Array, "3"]]:
     """Control period at which the transition begins, quaternion wanted-from-body there, and body rate [rad/s].
 
-    The first time of the flight's first turn that the attitude held is `off_deg` from the orbital one; the rate is the
-    inertial one of the Sun-ecliptic frame. Raises ValueError where it never comes that near.
+    That of the flight's first turn at whose begin the angle between the attitude held and the orbital one is nearest to
+    `off_deg`: it changes by up to a degree in a period. The rate is the inertial one of the Sun-ecliptic frame. Raises
+    ValueError where the two never come that near.
     """
     times = CONTROL_PERIOD_S * np.arange(int(orbital_period(flight) / CONTROL_PERIOD_S) + 1)
 
@@ -64,7 +65,8 @@ def transition_start(
     change = beyond[:-1] & ~beyond[1:] if side == "coming" else ~beyond[:-1] & beyond[1:]
     if not change.any():
         raise ValueError(f"off_deg must be more than {angle.min():.2f} deg, the nearest of the turn, got {off_deg}")
-    period = int(np.argmax(change)) + 1
+    before = int(np.argmax(change))
+    period = before + int(abs(angle[before + 1] - off_deg) < abs(angle[before] - off_deg))
     held = found[period] * jnp.sign(found[period, 0])
     return period, held, _rate(flight, jnp.asarray(times[period]))
 
