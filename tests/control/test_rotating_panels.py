@@ -161,7 +161,7 @@ def test_facets_turn_with_the_panels():
 
 def test_panels_that_follow_the_sun():
     """Their normal sees it as well as any normal across the hinge can; the loop holds its attitude meanwhile."""
-    flight = fly(0.1)
+    flight = fly(0.1, degree=2, bodies=False)
     around = leg(flight, 0, 372, panels=SunFollowing(flight))
     panels = around.panels
     assert panels is not None
