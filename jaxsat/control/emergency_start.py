@@ -9,6 +9,7 @@ orbital attitude comes that near, and twice is 11 deg away: on coming and on goi
 
 from typing import Literal
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -53,13 +54,7 @@ def transition_start(
     """
     times = CONTROL_PERIOD_S * np.arange(int(orbital_period(flight) / CONTROL_PERIOD_S) + 1)
 
-    def off(t):
-        position, velocity = flight.orbit(t)
-        normal = unit(cross(position, velocity))
-        held, _ = held_attitude(_axes(flight, t), normal)
-        return quaternion.from_dcm(wanted_attitude(position, normal).T @ held)
-
-    found = jax.jit(jax.vmap(off))(jnp.asarray(times))
+    found = _off(flight, jnp.asarray(times))
     angle = np.degrees(2.0 * np.arccos(np.minimum(np.abs(np.asarray(found)[:, 0]), 1.0)))
     beyond = angle > off_deg
     change = beyond[:-1] & ~beyond[1:] if side == "coming" else ~beyond[:-1] & beyond[1:]
@@ -71,11 +66,25 @@ def transition_start(
     return period, held, _rate(flight, jnp.asarray(times[period]))
 
 
+@eqx.filter_jit
+def _off(flight, times):
+    """Quaternions from the orbital attitude to the one held [time, 4]."""
+
+    def off(t):
+        position, velocity = flight.orbit(t)
+        normal = unit(cross(position, velocity))
+        held, _ = held_attitude(_axes(flight, t), normal)
+        return quaternion.from_dcm(wanted_attitude(position, normal).T @ held)
+
+    return jax.vmap(off)(times)
+
+
 def _axes(flight, t):
     to_sun = flight.sun(t)[0]
     return sun_ecliptic_axes(unit(to_sun), flight.tt_centuries_0 + t / (SECONDS_PER_DAY * DAYS_PER_CENTURY))
 
 
+@eqx.filter_jit
 def _rate(flight, t):
     """About the pole, body y, once a year [rad/s]."""
     axes, change = jax.jvp(lambda t: _axes(flight, t), (t,), (jnp.ones_like(t),))

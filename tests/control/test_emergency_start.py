@@ -1,5 +1,7 @@
 """The Sun-ecliptic frame and the start of the transition in it, against ERFA and plane geometry."""
 
+import dataclasses
+
 import erfa
 import jax
 import jax.numpy as jnp
@@ -11,7 +13,7 @@ from jaxsat.control.emergency_draw import Dispersions, draw_cases
 from jaxsat.control.emergency_orbit import fly, leg
 from jaxsat.control.emergency_start import held_attitude, sun_ecliptic_axes, transition_start
 from jaxsat.control.emergency_vehicle import START_UTC
-from jaxsat.environment import apparent_sun
+from jaxsat.environment import apparent_sun, igrf_dipole
 from jaxsat.time import Epoch
 
 EPOCH = Epoch.from_utc(*START_UTC)
@@ -19,7 +21,7 @@ EPOCH = Epoch.from_utc(*START_UTC)
 
 @pytest.fixture(scope="module")
 def flight():
-    return fly(0.1, degree=2, bodies=False)
+    return dataclasses.replace(fly(0.1, degree=2, bodies=False), field=igrf_dipole(2018.8))
 
 
 def pole():
@@ -83,11 +85,10 @@ def test_slopes_against_differences():
 
 
 def test_a_start_may_turn_with_the_orbit(flight):
-    around = leg(flight, 0, 1)
-    for orbital, largest in ((True, 0.002), (False, 0.07)):
-        spread = Dispersions(max_error_deg=40.0, max_rate_deg_s=0.002, orbital=orbital)
-        cases = jax.jit(lambda keys, spread=spread: draw_cases(spread, around, keys))(
-            jax.random.split(jax.random.key(0), 50)
-        )
-        rates = np.degrees(np.linalg.norm(cases.state.seen.rate_error, axis=1))
-        assert 0.5 * largest < rates.max() <= largest
+    spread = Dispersions(max_error_deg=40.0, max_rate_deg_s=0.002, orbital=True)
+    draw = jax.jit(
+        lambda around, keys: draw_cases(spread, around, keys).state.seen.rate_error,
+        compiler_options={"xla_backend_optimization_level": 0},
+    )
+    rates = np.linalg.norm(draw(leg(flight, 0, 1), jax.random.split(jax.random.key(0), 50)), axis=1)
+    assert 0.001 < np.degrees(rates.max()) <= 0.002
