@@ -64,7 +64,7 @@ class Leg(eqx.Module):
     """Unit vector to the Sun."""
     solar_pressure: Float[Array, "*nodes"]
     """Eclipses included [Pa]."""
-    panels: PanelMotion | None = None
+    panels: PanelMotion | None = eqx.field(default=None, kw_only=True)
     """Of panels that turn; None where they stay at -90 deg."""
 
 

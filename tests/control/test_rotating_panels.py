@@ -51,9 +51,9 @@ def empty(angle):
     """Surroundings without any torque."""
     t = 8.0 * np.arange(2 * PERIODS + 1)
     zero, axis = np.zeros((len(t), 3)), np.tile([0.0, 0.0, 1.0], (len(t), 1))
-    arrays = 1e13 * axis[:, ::-1], axis, 0.0 * t, zero, axis, 0.0 * t
+    position, normal, none, zero, rate = (jnp.asarray(x) for x in (1e13 * axis[:, ::-1], axis, 0.0 * t, zero, 0.0 * t))
     panels = jax.vmap(lambda t: panel_motion(angle, t))(jnp.asarray(t))
-    return dataclasses.replace(Leg(*map(jnp.asarray, arrays)), panels=panels)
+    return Leg(position, normal, rate, zero, normal, none, panels=panels)
 
 
 def panels_at(gamma):
