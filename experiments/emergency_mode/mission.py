@@ -4,12 +4,14 @@ Four orbits of transition from the Sun-ecliptic frame, 11 deg off, with the corr
 then gravity alone to orbit 145, a month without and with the pressure of sunlight, and under the supervisor that
 switches the actuator on; with --days 365 a year of each. Prints numbers beside the paper's, writes JSON and pictures.
 
-The supervisor waits for the paper's 1.5 deg, which the swing does not reach in a year. To see it work, let it wait for
-less, or put the bus's middle farther from the centre of mass; each return is then timed:
+The supervisor waits for the paper's 1.5 deg, which the swing does not reach in a year: gravity alone drives it to 0.9
+deg, pressure on the assumed surface to 1.2. To see it work, let it wait for less, or put the bus's middle farther from
+the centre of mass; each return is then timed. The swing is driven by eccentricity and pressure, not left over from a
+start: where it has passed the threshold once, the satellite is back at it some orbits after each return.
 
     .venv/bin/python experiments/emergency_mode/mission.py --days 31 --out out/emergency-mission
     .venv/bin/python experiments/emergency_mode/mission.py --turn-on-deg 0.9 --out out/emergency-returns
-    .venv/bin/python experiments/emergency_mode/mission.py --pressure-centre-m 0.3 --out out/emergency-pressure
+    .venv/bin/python experiments/emergency_mode/mission.py --days 10 --pressure-centre-m 0.6 --out out/emergency-pressure
     .venv/bin/python experiments/emergency_mode/mission.py --days 5 --panels sun --out out/emergency-panels
 """
 

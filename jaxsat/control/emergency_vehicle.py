@@ -15,7 +15,8 @@ ASSUMED; `experiments/emergency_mode/assumptions.py` tables what each does to th
 - the attitude from which the transition begins (`emergency_start`).
 - when the supervisor switches off, and that it starts from the filtered error itself.
 
-Left out, being small: the torque of Sun and Moon on the body, that of the Earth's oblateness, air and residual dipoles.
+Left out: the pull of Sun and Moon on the body (1e-9 N m, where 1e-5 count), that of the Earth's oblateness (0.02 deg of
+swing), air (4e-6 N m while the Sun is quiet), residual dipoles (4e-5 N m for each A m^2).
 """
 
 import math

@@ -41,7 +41,7 @@ def drift(vehicle, around, q, w):
     nodes = tuple(jax.tree.map(lambda leaf, part=part: leaf[part], around) for part in ends)
 
     def step(state, nodes):
-        state = moved(vehicle, nodes, *state, jnp.zeros(3))
+        state = moved(vehicle, nodes, state[0], state[1], jnp.zeros(3))
         return state, state
 
     return jax.lax.scan(step, (q, w), nodes)[1]
