@@ -11,7 +11,7 @@ start: where it has passed the threshold once, the satellite is back at it some 
 
     .venv/bin/python experiments/emergency_mode/mission.py --days 31 --out out/emergency-mission
     .venv/bin/python experiments/emergency_mode/mission.py --turn-on-deg 0.9 --out out/emergency-returns
-    .venv/bin/python experiments/emergency_mode/mission.py --days 10 --pressure-centre-m 0.6 --out out/emergency-pressure
+    .venv/bin/python experiments/emergency_mode/mission.py --days 10 --pressure-centre-m 0.6 --out out/pressure
     .venv/bin/python experiments/emergency_mode/mission.py --days 5 --panels sun --out out/emergency-panels
 """
 
