@@ -115,7 +115,7 @@ def picture(history: list[dict], path: Path) -> None:
     from jaxsat.plotting.style import dress, new_figure, png_bytes
 
     figure = new_figure(7.0, 4.2, "Gains by gradient through the closed loop", "mean over the starts tuned on")
-    axes = figure.add_axes((0.12, 0.13, 0.76, 0.7))
+    axes = figure.add_axes((0.09, 0.13, 0.78, 0.7))
     axes.plot([each["settling_s"] / 3600.0 for each in history], color="#2340a8", lw=1.6, label="settling time")
     axes.plot([each["loss"] / 3600.0 for each in history], color="#8a4b20", lw=1.6, label="loss")
     dress(axes, y_label="hours", x_label="step")
@@ -123,7 +123,9 @@ def picture(history: list[dict], path: Path) -> None:
     other = axes.twinx()
     other.plot([each["residual_deg"] for each in history], color="#2e8b3d", lw=1.2, ls="--", label="residual, right")
     other.set(yscale="log")
-    other.set_ylabel("largest angle of the last orbit, deg")
+    other.set_ylabel("largest angle of the last orbit, deg", fontsize=9)
+    other.tick_params(which="both", labelsize=8)
+    other.spines[["top"]].set_visible(False)
     lines = [*axes.get_lines(), *other.get_lines()]
     axes.legend(lines, [str(line.get_label()) for line in lines], frameon=False, fontsize=9)
     path.write_bytes(png_bytes(figure))

@@ -2,8 +2,8 @@
 
 The orbit of 720 km is integrated with gravity to degree 8, Sun and Moon. In orbital axes (x along the flight, y up, z
 against the orbit's normal) the Sun goes round a cone about z once a turn; its half-angle changes over the year. Prints
-the angles and the mean energy factor beside the paper's, the node's rate by several models of gravity, and writes JSON
-and two pictures.
+the angles and the mean energy factor beside the paper's, the node's rate by several models of gravity, what simpler
+Suns over a plane that turns steadily give, and writes JSON and two pictures.
 
     .venv/bin/python experiments/emergency_mode/sun_cone.py --out out/sun-cone
 """
@@ -24,6 +24,15 @@ PAPER = {
     "cone_deg": {"February to September": 60.0, "October to January": 65.0},
     "factor": 0.4695,
 }
+SUNS = {  # equation of the centre, obliquity
+    "true Sun": (True, True),
+    "mean Sun of the ecliptic": (False, True),
+    "true longitude on the equator": (True, False),
+    "mean Sun on the equator": (False, False),
+}
+NODES_DEG_DAY = (0.985647, 0.9889)
+"""Of a Sun-synchronous orbit, and the paper's."""
+STARTS_UTC = ((2018, 10, 14), (2018, 6, 13))
 MODELS = {  # degree of the field, Sun and Moon, argument of latitude at the start [deg]
     "J2 alone": (2, False, 0.0),
     "degree 8": (8, False, 0.0),
@@ -71,7 +80,7 @@ def main() -> None:
     t = np.arange(0.0, DAYS * 86400.0, EVERY_S)
     sun = sun_orbital(flight, t)
     cone = np.degrees(np.arccos(sun[:, 2]))
-    steady = steady_cone_deg(flight, t)
+    steady = steady_cone_deg(flight.sun, t)
     rates["a year"] = node_rate_deg_day(flight, DAYS)
     print(
         f"node over the whole year: {rates['a year']:.5f} deg/day; a node that moves by the paper's steady "
@@ -90,11 +99,19 @@ def main() -> None:
         f"(paper {PAPER['factor']}); orbit of a year in {seconds:.0f} s"
     )
 
+    suns = simple_suns()
+    for row in suns:
+        print(
+            f"{row['start']}, {row['sun']:30s} node {row['node_deg_day']:.6f} deg/day: {row['range_deg'][0]:.2f} to "
+            f"{row['range_deg'][1]:.2f} deg, mean {row['mean_deg']:.2f}, factor {row['factor']:.5f}"
+        )
+
     turns = {f"day {day}": sun_orbital(flight, day * 86400.0 + np.linspace(0.0, 5950.0, 200)) for day in SHOWN_DAYS}
     figures(t / 86400.0, cone, steady, turns, folder)
     within = {name: float(np.degrees(np.ptp(np.arccos(path[:, 2])))) for name, path in turns.items()}
     report = {"node_deg_day": rates, "cone_deg": means, "range_deg": [cone.min(), cone.max()], "mean_deg": cone.mean()}
     report |= {"factor": factor, "within_a_turn_deg": within, "paper": PAPER, "orbit_s": seconds}
+    report |= {"schema": "jaxsat.emergency-sun-cone/1", "simple_suns": suns}
     (folder / "sun_cone.json").write_text(json.dumps(report, indent=1))
 
 
@@ -112,17 +129,44 @@ def sun_orbital(flight, t_s: np.ndarray) -> np.ndarray:
     return np.einsum("tij,tj->ti", axes, sun)
 
 
-def steady_cone_deg(flight, t_s: np.ndarray) -> np.ndarray:
+def steady_cone_deg(sun, t_s: np.ndarray) -> np.ndarray:
     """Half-angle of the cone for a plane that keeps its inclination and turns at the paper's rate."""
     import jax
 
+    to_sun = np.asarray(jax.jit(jax.vmap(lambda t: sun(t)[0]))(t_s))
+    return cone_deg(to_sun / np.linalg.norm(to_sun, axis=1)[:, None], t_s, PAPER["node_rate_deg_day"])
+
+
+def cone_deg(sun: np.ndarray, t_s: np.ndarray, node_deg_day: float) -> np.ndarray:
+    """Angle of unit vectors [time, 3] from the antinormal of a plane that turns steadily."""
     from jaxsat.control.emergency_vehicle import INCLINATION_DEG, NODE_DEG
 
-    node = np.radians(NODE_DEG + PAPER["node_rate_deg_day"] * t_s / 86400.0)
+    node = np.radians(NODE_DEG + node_deg_day * t_s / 86400.0)
     i = np.radians(INCLINATION_DEG)
     normal = np.stack([np.sin(i) * np.sin(node), -np.sin(i) * np.cos(node), np.full_like(node, np.cos(i))], axis=1)
-    to_sun = np.asarray(jax.jit(jax.vmap(lambda t: flight.sun(t)[0]))(t_s))
-    return np.degrees(np.arccos(-np.sum(normal * to_sun, axis=1) / np.linalg.norm(to_sun, axis=1)))
+    return np.degrees(np.arccos(-np.sum(normal * sun, axis=1)))
+
+
+def simple_suns() -> list[dict]:
+    """The year by simpler Suns (Meeus 1998, chapter 25, lower accuracy: 0.01 deg), from two dates, at two rates."""
+    from jaxsat.time import Epoch
+
+    t = np.arange(0.0, DAYS * 86400.0, EVERY_S)
+    rows = []
+    for start in STARTS_UTC:
+        centuries = Epoch.from_utc(*start).tt_centuries() + t / (86400.0 * 36525.0)
+        mean, anomaly = np.radians([[280.46646], [357.52911]] + np.array([[36000.76983], [35999.05029]]) * centuries)
+        for name, (centre, oblique) in SUNS.items():
+            equation = np.radians(1.914602 * np.sin(anomaly) + 0.019993 * np.sin(2.0 * anomaly))
+            longitude = mean + (equation if centre else 0.0)
+            tilt = np.radians(23.4393) if oblique else 0.0
+            sun = [np.cos(longitude), np.cos(tilt) * np.sin(longitude), np.sin(tilt) * np.sin(longitude)]
+            for rate in NODES_DEG_DAY:
+                cone = cone_deg(np.stack(sun, axis=1), t, rate)
+                row = {"start": "{}-{:02d}-{:02d}".format(*start), "sun": name, "node_deg_day": rate}
+                row |= {"range_deg": [cone.min(), cone.max()], "mean_deg": cone.mean()}
+                rows.append(row | {"factor": np.cos(np.radians(cone)).mean()})
+    return rows
 
 
 def figures(days: np.ndarray, cone: np.ndarray, steady: np.ndarray, turns: dict[str, np.ndarray], folder: Path) -> None:
@@ -134,7 +178,8 @@ def figures(days: np.ndarray, cone: np.ndarray, steady: np.ndarray, turns: dict[
         axes.plot(*path.T, color=colour, lw=1.4, label=name)
         axes.plot(*np.stack([np.zeros(3), path[0]]).T, color=colour, lw=0.8)
     axes.plot([0, 0], [0, 0], [0, 1], color="k", lw=1.0)
-    axes.set(xlabel="x, flight", ylabel="y, up", zlabel="z", xlim=(-1, 1), ylim=(-1, 1), zlim=(0, 1.2))
+    axes.set(xlabel="x, flight", ylabel="y, up", zlabel="z, against the normal")
+    axes.set(xlim=(-1, 1), ylim=(-1, 1), zlim=(0, 1), xticks=(-1, 0, 1), yticks=(-1, 0, 1), zticks=(0, 0.5, 1))
     axes.legend(frameon=False, fontsize=9)
     (folder / "figure_02.png").write_bytes(png_bytes(figure))
 

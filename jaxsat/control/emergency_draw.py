@@ -22,7 +22,9 @@ class Dispersions:
     max_error_deg: float = 30.0
     """The attitude error at the start is uniform between the two, about an axis uniform over all."""
     max_rate_deg_s: float = 0.01
-    """Inertial rate at the start, uniform to it, in any direction."""
+    """Rate at the start, uniform to it, in any direction: inertial, or against the orbital axes."""
+    orbital: bool = False
+    """Whether the start turns with the orbit, as a satellite that swings does, or hardly at all."""
     inertia: float = 0.0
     """1-sigma of each moment, relative, as it is not known to the computer."""
     field: float = 0.0
@@ -52,6 +54,8 @@ def _case(dispersions: Dispersions, leg: Leg, key) -> Cases:
     off = quaternion.from_rotation_vector(angle * unit(jax.random.normal(keys[1], (3,))))
     size = math.radians(dispersions.max_rate_deg_s) * jax.random.uniform(keys[2])
     rate = size * unit(jax.random.normal(keys[3], (3,)))
+    if dispersions.orbital:
+        rate = rate - quaternion.rotate_inverse(off, leg.orbit_rate[0] * jnp.array([1.0, 0.0, 0.0]))
     nominal = nominal_vehicle()
     moments = jnp.diag(nominal.inertia) * (1.0 + dispersions.inertia * jax.random.normal(keys[4], (3,)))
     inertia = jnp.diag(moments)
@@ -59,6 +63,12 @@ def _case(dispersions: Dispersions, leg: Leg, key) -> Cases:
     strength = 1.0 + dispersions.field * jax.random.normal(keys[6])
     shown = jnp.eye(3) + dispersions.magnetometer * jax.random.normal(keys[7], (3, 3))
     vehicle = EmergencyVehicle(
-        inertia, inverse_3x3(inertia), nominal.assumed_inertia, strength * quaternion.to_dcm(turn), shown
+        inertia=inertia,
+        inverse_inertia=inverse_3x3(inertia),
+        assumed_inertia=nominal.assumed_inertia,
+        field_error=strength * quaternion.to_dcm(turn),
+        magnetometer_error=shown,
+        panel_inertia=nominal.panel_inertia,
+        sigmas=nominal.sigmas,
     )
     return Cases(first_state(leg, off, rate, vehicle), vehicle, jax.random.fold_in(key, 8))

@@ -7,25 +7,26 @@ from dataclasses import dataclass
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from jaxsat.control.attitude_error import modified_rodrigues
 from jaxsat.control.emergency_law import EmergencyLaw, wanted_torque
-from jaxsat.control.emergency_orbit import Leg
+from jaxsat.control.emergency_orbit import Leg, wanted_attitude
 from jaxsat.control.emergency_vehicle import (
-    ATTITUDE_SIGMA_DEG,
     CALM_S,
     CONTROL_PERIOD_S,
-    FIELD_SIGMA_NT,
-    RATE_SIGMA_DEG_S,
     SAMPLES,
     TURN_OFF_DEG,
     TURN_ON_DEG,
     EmergencyVehicle,
+    turned_panels,
 )
 from jaxsat.control.magnetic_actuator import actuator_dipole
+from jaxsat.control.rotating_panels import inertia_at, panel_torque
 from jaxsat.dynamics import rigid_body_rates
-from jaxsat.math import cross, quaternion
+from jaxsat.environment.orbit.sampled import hermite_coefficients
+from jaxsat.math import cross, inverse_3x3, quaternion
 from jaxsat.math.runge_kutta import RK4, runge_kutta_step
 from jaxsat.torques import gravity_gradient_torque, solar_pressure_torque
 
@@ -93,12 +94,6 @@ class Sample(eqx.Module):
     active: Bool[Array, ""]
 
 
-def wanted_attitude(position_eci: Float[Array, "3"], normal_eci: Float[Array, "3"]) -> Float[Array, "3 3"]:
-    """Matrix inertial-from-wanted: x against the orbit's normal, y up, z against the flight (Somov 2018, figure 1)."""
-    up = position_eci / jnp.sqrt(jnp.sum(position_eci**2))
-    return jnp.stack([-normal_eci, up, cross(up, normal_eci)], axis=1)
-
-
 def errors(
     leg: Leg, q: Float[Array, "4"], w: Float[Array, "3"]
 ) -> tuple[Float[Array, "4"], Float[Array, "3"], Float[Array, "3 3"]]:
@@ -140,7 +135,10 @@ def one_period(
     period = periods * CONTROL_PERIOD_S
     active, calm = supervised(supervisor, state, period)
     seen = state.seen
-    torque, memory = wanted_torque(law, vehicle.assumed_inertia, seen.error, seen.rate_error, state.memory, period)
+    known = vehicle.assumed_inertia
+    if nodes[0].panels is not None:
+        known = inertia_at(known, vehicle.panel_inertia, nodes[0].panels.angle)
+    torque, memory = wanted_torque(law, known, seen.error, seen.rate_error, state.memory, period)
     dipole = actuator(torque, seen.b_field_body, law.max_dipole)
     dipole = jnp.where(active, dipole, 0.0)
 
@@ -181,17 +179,24 @@ def moved(
 ) -> tuple[Float[Array, "4"], Float[Array, "3"]]:
     """Attitude and rate at the end of a `period` [s] of constant dipole [A m^2]: RK4, one step.
 
-    Torques: gravity gradient, dipole x field, and solar pressure where the vehicle has a surface.
+    Torques: gravity gradient, dipole x field, solar pressure where the vehicle has a surface, and that of panels that
+    turn (eq. 1).
     """
 
     def slope(state, node):
         q, w = state
-        torque = gravity_gradient_torque(quaternion.rotate_inverse(q, node.position_eci), vehicle.inertia)
-        torque = torque + cross(dipole, _field_body(vehicle, node.b_field_eci, q))
-        if vehicle.facets is not None:
+        inertia, inverse, facets = vehicle.inertia, vehicle.inverse_inertia, vehicle.facets
+        torque = cross(dipole, _field_body(vehicle, node.b_field_eci, q))
+        if node.panels is not None:
+            inertia = inertia_at(inertia, vehicle.panel_inertia, node.panels.angle)
+            inverse = inverse_3x3(inertia)
+            torque = torque + panel_torque(vehicle.panel_inertia, node.panels, w)
+            facets = None if facets is None else turned_panels(facets, node.panels.angle)
+        torque = torque + gravity_gradient_torque(quaternion.rotate_inverse(q, node.position_eci), inertia)
+        if facets is not None:
             sun_body = quaternion.rotate_inverse(q, node.sun_eci)
-            torque = torque + solar_pressure_torque(vehicle.facets, sun_body, node.solar_pressure)
-        return rigid_body_rates(q, w, torque, vehicle.inertia, vehicle.inverse_inertia)
+            torque = torque + solar_pressure_torque(facets, sun_body, node.solar_pressure)
+        return rigid_body_rates(q, w, torque, inertia, inverse)
 
     begin, middle, end = nodes
     q, w = runge_kutta_step(RK4, slope, (q, w), period, (begin, middle, middle, end))
@@ -224,9 +229,9 @@ def _measured(vehicle, nodes, before, q, w, noise, periods):
     field = vehicle.magnetometer_error @ (field + lines[1] * _field_body(vehicle, end.b_field_eci, q))
     if noise is not None:
         root = math.sqrt(samples)
-        error = error + math.radians(ATTITUDE_SIGMA_DEG) / root * noise[:3]
-        rate = rate + math.radians(RATE_SIGMA_DEG_S) / root * noise[3:6]
-        field = field + 1e-9 * FIELD_SIGMA_NT / root * noise[6:]
+        error = error + vehicle.sigmas[0] / root * noise[:3]
+        rate = rate + vehicle.sigmas[1] / root * noise[3:6]
+        field = field + vehicle.sigmas[2] / root * noise[6:]
     return Filtered(error, rate, field), (off1, rate1)
 
 
@@ -239,15 +244,8 @@ def _rise(error, rate):
 
 def _weights(samples):
     """Weights of both ends' values, of both ends' slopes, and of both ends of a line, in the mean of the samples."""
-    s = [k / samples for k in range(1, samples + 1)]
-    mean = [sum(f(x) for x in s) / samples for f in _HERMITE]
-    half = sum(s) / samples
+    s = np.arange(1, samples + 1) / samples
+    table = hermite_coefficients(2)
+    mean = np.mean(table @ (s - 0.5) ** np.arange(table.shape[1])[:, None], axis=1)
+    half = np.mean(s)
     return mean[:2], mean[2:], (1.0 - half, half)
-
-
-_HERMITE = (
-    lambda s: (1.0 + 2.0 * s) * (1.0 - s) ** 2,
-    lambda s: s**2 * (3.0 - 2.0 * s),
-    lambda s: s * (1.0 - s) ** 2,
-    lambda s: s**2 * (s - 1.0),
-)

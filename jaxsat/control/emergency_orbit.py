@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 
 from jaxsat.constants import EARTH_EQUATORIAL_RADIUS, EARTH_ROTATION_RATE
 from jaxsat.control.emergency_vehicle import CONTROL_PERIOD_S, HEIGHT_KM, INCLINATION_DEG, NODE_DEG, START_UTC
+from jaxsat.control.rotating_panels import PanelAngle, PanelMotion, facing_sun, panel_motion
 from jaxsat.environment import (
     MOON_MU,
     SUN_MU,
@@ -44,6 +45,8 @@ class Flight(eqx.Module):
     sun: SampledOrbit
     greenwich_angle_0: Float[Array, ""]
     """[rad]"""
+    tt_centuries_0: Float[Array, ""]
+    """TT at the start, Julian centuries since J2000."""
 
 
 class Leg(eqx.Module):
@@ -61,14 +64,23 @@ class Leg(eqx.Module):
     """Unit vector to the Sun."""
     solar_pressure: Float[Array, "*nodes"]
     """Eclipses included [Pa]."""
+    panels: PanelMotion | None = eqx.field(default=None, kw_only=True)
+    """Of panels that turn; None where they stay at -90 deg."""
 
 
-def fly(days: float, *, degree: int = 8, bodies: bool = True, argument_of_latitude_deg: float = 0.0) -> Flight:
+def fly(
+    days: float,
+    *,
+    degree: int = 8,
+    bodies: bool = True,
+    argument_of_latitude_deg: float = 0.0,
+    start_utc: tuple[int, int, int] = START_UTC,
+) -> Flight:
     """The paper's orbit for some days from its node: gravity to `degree`, by default with Sun and Moon.
 
     IGRF of its middle. Raises ValueError unless `days` is positive.
     """
-    epoch = Epoch.from_utc(*START_UTC)
+    epoch = Epoch.from_utc(*start_utc)
     stop = days * SECONDS_PER_DAY
     start = orbit_from_elements_km_deg(
         a_km=EARTH_EQUATORIAL_RADIUS / 1e3 + HEIGHT_KM,
@@ -88,19 +100,22 @@ def fly(days: float, *, degree: int = 8, bodies: bool = True, argument_of_latitu
         *start(jnp.asarray(0.0)), (HarmonicGravity(egm2008(degree), angle), *pulls), stop=stop, step=STEP_S
     )
     field = igrf_field(epoch.shifted(0.5 * stop).decimal_year())
-    return Flight(orbit, field, sun, jnp.asarray(angle))
+    return Flight(orbit, field, sun, jnp.asarray(angle), jnp.asarray(epoch.tt_centuries()))
 
 
-def leg(flight: Flight, first: int, periods: int) -> Leg:
-    """The surroundings of `periods` control periods from number `first`; the same program for all of one length."""
+def leg(flight: Flight, first: int, periods: int, *, panels: PanelAngle | None = None) -> Leg:
+    """The surroundings of `periods` control periods from number `first`; the same program for all of one length.
+
+    `panels` is an equinox module, such as `PanelSlew` or `SunFollowing`; without it they stay at -90 deg.
+    """
     half = 0.5 * CONTROL_PERIOD_S
     times = half * (2 * first + np.arange(2 * periods + 1))
     flight.orbit.check_span(times)
-    return _tabulated(flight, jnp.asarray(times))
+    return _tabulated(flight, jnp.asarray(times), panels)
 
 
 @eqx.filter_jit
-def _tabulated(flight, times):
+def _tabulated(flight, times, panels):
     def at(t):
         position, velocity = flight.orbit(t)
         momentum = cross(position, velocity)
@@ -115,9 +130,27 @@ def _tabulated(flight, times):
             b_field_eci=magnetic_field_eci(flight.field, position, angle),
             sun_eci=sun,
             solar_pressure=solar_pressure(position, sun, distance, ConeShadow()),
+            panels=None if panels is None else panel_motion(panels, t),
         )
 
     return jax.lax.map(at, times, batch_size=BATCH)
+
+
+class SunFollowing(eqx.Module):
+    """Panels of a satellite in its orbital attitude whose normal stays as near to the Sun as it can, once a turn."""
+
+    flight: Flight
+
+    def __call__(self, t: Float[Array, ""]) -> Float[Array, ""]:
+        position, velocity = self.flight.orbit(t)
+        wanted = wanted_attitude(position, unit(cross(position, velocity)))
+        return facing_sun(wanted.T @ self.flight.sun(t)[0])
+
+
+def wanted_attitude(position_eci: Float[Array, "3"], normal_eci: Float[Array, "3"]) -> Float[Array, "3 3"]:
+    """Matrix inertial-from-wanted: x against the orbit's normal, y up, z against the flight (Somov 2018, figure 1)."""
+    up = position_eci / jnp.sqrt(jnp.sum(position_eci**2))
+    return jnp.stack([-normal_eci, up, cross(up, normal_eci)], axis=1)
 
 
 def orbital_period(flight: Flight) -> float:

@@ -12,6 +12,7 @@ from jaxsat.control.emergency_loop import NOISES, Actuator, EmergencyState, Samp
 from jaxsat.control.emergency_orbit import Flight, Leg, leg
 from jaxsat.control.emergency_vehicle import EmergencyVehicle
 from jaxsat.control.magnetic_actuator import actuator_dipole
+from jaxsat.control.rotating_panels import PanelAngle
 
 QUIET = 4
 """Control periods that one step takes while the actuator is off, 64 s: librations lose 0.3 % a year by it."""
@@ -51,14 +52,15 @@ def run_years(
     first: int = 0,
     key: Key[Array, ""] | None = None,
     leg_periods: int = 5_400,
+    panels: PanelAngle | None = None,
 ) -> Iterator[tuple[EmergencyState, Sample]]:
     """One satellite over many control periods from number `first`: state and samples, one in 64 s, of leg after leg.
 
     What is left of `periods` after whole legs is not flown; `leg_periods` is a multiple of `QUIET`. While the actuator
-    is off a step takes 64 s. A sample's dipole is then that of the last 16 s.
+    is off a step takes 64 s. A sample's dipole is then that of the last 16 s. `panels` is as in `leg`.
     """
     for begin in range(first, first + periods - leg_periods + 1, leg_periods):
-        around = leg(flight, begin, leg_periods)
+        around = leg(flight, begin, leg_periods, panels=panels)
         state, samples = _run_blocks(law, supervisor, vehicle, around, state, key, jnp.asarray(begin))
         yield state, jax.device_get(samples)
 

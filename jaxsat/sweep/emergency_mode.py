@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jaxsat.sweep.scenario import Factory, Metric, Option, Scenario, case_keys, number_of
+from jaxsat.sweep.scenario import Factory, Metric, Option, Scenario, case_keys, choice_of, number_of
 
 if TYPE_CHECKING:
     from jaxsat.control.emergency_loop import Sample
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 NAME = "emergency-mode"
 STATUSES = ("succeeded", "not settled", "diverged")
 METRICS = {
+    "first_error_deg": Metric("deg", "at the start"),
     "settling_time_s": Metric("s", "until the error stays below the limit; none in a case that did not settle"),
     "largest_error_deg": Metric("deg", "of the whole run"),
     "last_error_deg": Metric("deg", "largest of the last half orbit"),
@@ -28,7 +29,9 @@ OPTIONS = (
     Option("limit_deg", "1", "error that counts as settled"),
     Option("min_error_deg", "0", "smallest error at the start"),
     Option("max_error_deg", "30", "largest error at the start"),
-    Option("max_rate_deg_s", "0.01", "largest inertial rate at the start"),
+    Option("max_rate_deg_s", "0.01", "largest rate at the start"),
+    Option("rest", "inertial", "what that rate is against: inertial, or orbital as in a return from swinging"),
+    Option("panels", "fixed", "fixed at -90 deg, slew to it from 0 in 15 minutes, or sun: after it, once an orbit"),
     Option("inertia", "0", "1-sigma of the moments of inertia, relative, unknown to the computer"),
     Option("field", "0", "1-sigma of the true field over the model's, of its size, relative, and direction, rad"),
     Option("magnetometer", "0", "1-sigma of the elements of the magnetometer's matrix"),
@@ -45,45 +48,51 @@ def _program(options: tuple[tuple[str, str], ...]):
     from jaxsat.control.emergency_draw import Dispersions, draw_cases
     from jaxsat.control.emergency_law import EmergencyLaw
     from jaxsat.control.emergency_loop import ALWAYS_ON
-    from jaxsat.control.emergency_orbit import fly, leg, orbital_period
+    from jaxsat.control.emergency_orbit import SunFollowing, fly, leg, orbital_period
     from jaxsat.control.emergency_runs import run_leg
     from jaxsat.control.emergency_vehicle import CONTROL_PERIOD_S
+    from jaxsat.control.rotating_panels import PanelSlew
 
-    number = functools.partial(number_of, dict(options))
+    number, choice = functools.partial(number_of, dict(options)), functools.partial(choice_of, dict(options))
     orbits, limit = number("orbits", low=0.5, high=100.0), number("limit_deg", low=0.01, high=90.0)
     low, high = (number(f"{end}_error_deg", low=0.0, high=180.0) for end in ("min", "max"))
     dispersions = Dispersions(
         min_error_deg=min(low, high),
         max_error_deg=high,
         max_rate_deg_s=number("max_rate_deg_s", low=0.0, high=1.0),
+        orbital=choice("rest", ("inertial", "orbital")) == "orbital",
         inertia=number("inertia", low=0.0, high=0.2),
         field=number("field", low=0.0, high=0.2),
         magnetometer=number("magnetometer", low=0.0, high=0.2),
     )
+
+    panels = choice("panels", ("fixed", "slew", "sun"))
 
     @functools.cache
     def surroundings():
         """The leg, and control periods of half an orbit."""
         flight = fly((orbits + 0.2) * 6000.0 / 86400.0)
         orbit = round(orbital_period(flight) / CONTROL_PERIOD_S)
-        return leg(flight, 0, round(orbits * orbit)), orbit // 2
+        turning = {"fixed": None, "slew": PanelSlew(0.0), "sun": SunFollowing(flight)}[panels]
+        return leg(flight, 0, round(orbits * orbit), panels=turning), orbit // 2
 
-    def history(around, keys):
-        cases = draw_cases(dispersions, around, keys)
-
+    def history(around, cases):
         def one(case):
             return run_leg(EmergencyLaw(), ALWAYS_ON, case.vehicle, around, case.state, case.key)
 
         return jax.vmap(one)(cases)
 
     def metrics(around, keys, half):
-        state, samples = history(around, keys)
+        cases = draw_cases(dispersions, around, keys)
+        state, samples = history(around, cases)
         error = jnp.degrees(jnp.sqrt(jnp.sum(samples.error**2, axis=2)))
         sound = jnp.all(jnp.isfinite(error), axis=1)
         last = jnp.max(error[:, -half:], axis=1)
         settled = last < limit
         above = jnp.max(jnp.where(error >= limit, 1 + jnp.arange(error.shape[1])[None], 0), axis=1)
         found = {
+            # Four tangents of a quarter of the angle.
+            "first_error_deg": jnp.degrees(4.0 * jnp.arctan(0.25 * jnp.linalg.norm(cases.state.seen.error, axis=1))),
             "settling_time_s": jnp.where(settled, CONTROL_PERIOD_S * above.astype(float), jnp.nan),
             "largest_error_deg": jnp.max(error, axis=1),
             "last_error_deg": last,
@@ -93,7 +102,10 @@ def _program(options: tuple[tuple[str, str], ...]):
         found = {name: jnp.where(sound, value, jnp.nan) for name, value in found.items()}
         return {"status": jnp.where(sound, jnp.where(settled, 0, 1), 2), **found}
 
-    compiled = jax.jit(metrics, static_argnums=2), jax.jit(history)
+    compiled = (
+        jax.jit(metrics, static_argnums=2),
+        jax.jit(lambda around, keys: history(around, draw_cases(dispersions, around, keys))),
+    )
 
     def run(keys):
         around, half = surroundings()

@@ -17,6 +17,7 @@ def test_cases_and_their_histories():
     settled = found["status"] == 0
     assert 0.1 < np.mean(settled) < 0.9 and (found["status"] < 2).all()
     assert np.isnan(found["settling_time_s"][~settled]).all() and (found["last_error_deg"][settled] < 1.0).all()
+    assert 0.0 <= found["first_error_deg"].min() and 13.0 < found["first_error_deg"].max() < 15.0
     for case in (int(np.argmax(settled)), int(np.argmin(settled))):
         samples = emergency_mode.history(OPTIONS, 5, case)
         error = np.degrees(np.linalg.norm(samples.error, axis=1))
@@ -29,6 +30,8 @@ def test_cases_and_their_histories():
 
 
 def test_bad_options_are_one_line():
+    with pytest.raises(InputError, match="expected one of fixed, slew, sun"):
+        emergency_mode.make({"panels": "turning"})
     for name, value in (("orbits", "0"), ("limit_deg", "x"), ("inertia", "0.9"), ("max_error_deg", "200")):
         with pytest.raises(InputError, match="expected a number"):
             emergency_mode.make({name: value})

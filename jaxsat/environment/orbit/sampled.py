@@ -103,7 +103,7 @@ def hermite(
 
     The nodes are centred on x = 0: -(n-1)/2 ... (n-1)/2 (Hildebrand 1956, section 8.2).
     """
-    table = jnp.asarray(_hermite_coefficients(values.shape[0]), x.dtype)
+    table = jnp.asarray(hermite_coefficients(values.shape[0]), x.dtype)
     powers = [jnp.ones_like(x)]
     for _ in range(table.shape[1] - 1):
         powers.append(powers[-1] * x)
@@ -114,8 +114,8 @@ def hermite(
 
 
 @functools.cache
-def _hermite_coefficients(n: int) -> np.ndarray:
-    """Coefficients, by rising powers, of the polynomials that take up the n values and then the n slopes."""
+def hermite_coefficients(n: int) -> np.ndarray:
+    """Coefficients, by rising powers, of `hermite`'s polynomials that take up the n values and then the n slopes."""
     nodes = np.arange(n) - 0.5 * (n - 1)
     of_values, of_slopes = [], []
     for k, node in enumerate(nodes):
