@@ -139,8 +139,8 @@ def pointing_errors(altitude_km: float, offset_deg: float, draws: int = DRAWS) -
     curved_one, curved = errors(sharp, 0.0)
     soft_one, soft = errors(summed(limb), lifted)
     field, generator, bright = random_brightness(0), np.random.default_rng(0), []
-    sensed = (jnp.asarray(azimuths), jnp.asarray(v), jnp.asarray(nadir), jnp.asarray(distance))
-    places = np.asarray(ground(sensor, *sensed))
+    sensed = np.c_[azimuths, np.zeros(len(v))], np.array([0.0, 0.0, 1.0]), v, nadir, distance
+    places = np.asarray(ground(sensor, *map(jnp.asarray, sensed)))
     for _ in range(draws):
         turn = np.linalg.qr(generator.normal(size=(3, 3)))[0]
         share = 1.0 + VARIATION * np.asarray(field(jnp.asarray(places @ turn.T)))

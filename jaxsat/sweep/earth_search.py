@@ -128,11 +128,13 @@ def _compiled(settings: "SearchSettings", steps: int, even: bool):
 
     from jaxsat.control.earth_loop import run_cases
     from jaxsat.environment.infrared import random_brightness
+    from jaxsat.math.one_function import in_one_function
 
     field = None if even else random_brightness(0)
     # The compiler prefers half of a 512-bit register; narrower processors do not mind.
     wide = {"xla_cpu_prefer_vector_width": 512} if jax.default_backend() == "cpu" else None
-    return jax.jit(lambda law, cases: _metrics(run_cases(settings, law, cases, steps, field)), compiler_options=wide)
+    run = in_one_function(lambda law, cases: run_cases(settings, law, cases, steps, field))
+    return jax.jit(lambda law, cases: _metrics(run(law, cases)), compiler_options=wide)
 
 
 def _metrics(state):
