@@ -18,7 +18,7 @@ from jaxsat.errors import InputError
 from jaxsat.sweep import Factory, Scenario, SweepPlan, read_plan, run_cases
 
 SCHEMA = "jaxsat.sweep-case/1"
-FILES = ("history.csv", "history.png", "case.json")
+FILES = ("history.csv", "history.png", "search.html", "case.json")
 """All names that a case may have; a scenario's replay may add others."""
 
 

@@ -84,6 +84,10 @@ class SearchSample(eqx.Module):
     """[rad/s]"""
     error: Float[Array, ""]
     """From body z to the nadir [rad]."""
+    azimuths: Float[Array, "4 2"]
+    """Of the sensors in use, a spare's where it stands for one."""
+    sun_body: Float[Array, "3"]
+    moon_body: Float[Array, "3"]
 
 
 def first_state(law: EarthSearchLaw, q, w, up, along, greenwich) -> SearchState:
@@ -152,7 +156,19 @@ def one_step(
     )
     nadir = -(state.up @ dcm)
     error = angle_between(nadir, jnp.array([0.0, 0.0, 1.0]))
-    sample = SearchSample(nadir, seen.signals.present, seen.first, seen.inside, memory.mode, memory.direction, w, error)
+    sample = SearchSample(
+        nadir_body=nadir,
+        present=seen.signals.present,
+        first=seen.first,
+        inside=seen.inside,
+        mode=memory.mode,
+        direction=memory.direction,
+        angular_velocity=w,
+        error=error,
+        azimuths=seen.azimuths,
+        sun_body=scene.sun @ dcm,
+        moon_body=scene.moon @ dcm,
+    )
     return after, sample
 
 

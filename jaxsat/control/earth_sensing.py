@@ -90,8 +90,8 @@ def sense(
         # A spare in use has none of its own.
         muted = (struck & craft.on_spare) | (struck & _strikes(sensor, azimuths, sun_body, margin))
 
-    edges = chord_on_scan(*hold(_in_plane(sensor, azimuths, nadir)), cosine_of_disk, sensor.amplitude)
-    v1, v2 = hold(edges)
+    along_centre, along_scan = hold(_in_plane(sensor, azimuths, nadir))
+    v1, v2 = hold(chord_on_scan(along_centre, along_scan, cosine_of_disk, sensor.amplitude))
     whole = (v1 <= -1.0) & (v2 >= 1.0)
     if field is None:
         first, second = band_harmonics(v1, v2, scene.brightness)

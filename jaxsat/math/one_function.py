@@ -1,12 +1,13 @@
 """A whole program in one function of machine code, where XLA on a CPU can be told to."""
 
 from collections.abc import Callable
-from typing import ParamSpec, TypeVar
+from typing import ParamSpec, TypeVar, cast
 
 import jax
 from jax.experimental.xla_metadata import set_xla_metadata
 
-P, R = ParamSpec("P"), TypeVar("R")
+P = ParamSpec("P")
+R = TypeVar("R")
 
 TRIED = (0, 10)
 """Version of JAX with which this was tried: the attributes are of XLA's inside, not of its interface."""
@@ -22,4 +23,4 @@ def in_one_function(function: Callable[P, R]) -> Callable[P, R]:
         return function
     marks = {"xla_cpu_small_call": "true", "inlineable": "false"}
     inner = jax.jit(function)
-    return lambda *args, **kwargs: set_xla_metadata(inner(*args, **kwargs), **marks)
+    return lambda *args, **kwargs: cast(R, set_xla_metadata(inner(*args, **kwargs), **marks))

@@ -15,7 +15,7 @@ import numpy as np
 from jaxsat.sweep.scenario import Factory, Metric, Option, Scenario, case_keys, choice_of, number_of
 
 if TYPE_CHECKING:
-    from jaxsat.control.earth_loop import SearchSample, SearchSettings
+    from jaxsat.control.earth_loop import SearchCases, SearchSample, SearchSettings
 
 NAME = "earth-search"
 STATUSES = ("succeeded", "never tracked", "lost again", "false capture", "diverged")
@@ -181,8 +181,8 @@ def _build(options: Mapping[str, str]) -> Scenario:
 make = Factory(_build, OPTIONS)
 
 
-def history(options: Mapping[str, str], seed: int, case: int) -> "tuple[SearchSettings, SearchSample]":
-    """One case again: what the options set, and its history [steps ...].
+def history(options: Mapping[str, str], seed: int, case: int) -> "tuple[SearchSettings, SearchCases, SearchSample]":
+    """One case again: what the options set, the case by itself, and its history [steps ...].
 
     Alone, so that where a threshold is nearly met a signal may come a step sooner or later than in its chunk.
     """
@@ -193,4 +193,4 @@ def history(options: Mapping[str, str], seed: int, case: int) -> "tuple[SearchSe
     settings, law, steps, field, draw, _ = _program(tuple(make.filled(options).items()))
     cases = draw(case_keys(seed, np.array([case])))
     _, samples = jax.jit(lambda cases: run_one(settings, law, cases, steps, field))(cases)
-    return settings, jax.device_get(samples)
+    return settings, cases, jax.device_get(samples)

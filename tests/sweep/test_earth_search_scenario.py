@@ -26,7 +26,7 @@ def test_wrong_options_are_named(given, field):
 
 
 def test_a_case_has_a_history_and_a_picture(tmp_path):
-    settings, samples = earth_search.history({"spacecraft": "small", "time_s": "60", "brightness": "even"}, 1, 5)
+    settings, _, samples = earth_search.history({"spacecraft": "small", "time_s": "60", "brightness": "even"}, 1, 5)
     assert settings.period_s == 0.5 and samples.mode.shape == (120,)
     columns, panels = case_history(samples)
     t_s = settings.period_s * np.arange(120)
