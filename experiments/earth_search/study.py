@@ -36,6 +36,7 @@ CONDITIONS: dict[str, dict[str, str]] = {
     "1500 km, sensors for it": {"altitude_km": "1500", "mounting_deg": "0"},
     "400 to 1500 km, sensors for 950 km": {"altitude_km": "950", "altitude_spread_km": "550", "mounting_deg": "0"},
     "800 km, small": {"spacecraft": "small"},
+    "presence inside never, small": {"spacecraft": "small", "inside": "never"},
 }
 
 

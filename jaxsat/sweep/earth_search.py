@@ -8,16 +8,18 @@ import dataclasses
 import functools
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, cast, get_args
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from jaxsat.sweep.scenario import Factory, Metric, Option, Scenario, case_keys, choice_of, number_of
+from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, case_keys
 
 if TYPE_CHECKING:
     from jaxsat.control.earth_loop import SearchCases, SearchSample, SearchSettings
 
 NAME = "earth-search"
+Size = Literal["large", "small"]
+Strategy = Literal["published", "fast", "guarded"]
 STATUSES = ("succeeded", "never tracked", "lost again", "false capture", "diverged")
 METRICS = {
     "search_time_s": Metric("s", "until tracking began for good; none in a case that does not track at the end"),
@@ -73,28 +75,27 @@ def _program(options: tuple[tuple[str, str], ...]):
     from jaxsat.control.earth_sensing import Inside, SunChoice
     from jaxsat.environment.infrared import random_brightness
 
-    given = dict(options)
-    number, choice = functools.partial(number_of, given), functools.partial(choice_of, given)
-    size = choice("spacecraft", ("large", "small"))
-    strategy = choice("strategy", ("published", "fast", "guarded"))
+    reader = Reader(dict(options))
+    number, choice = reader.number, reader.choice
+    size, strategy = choice("spacecraft", Size), choice("strategy", Strategy)
     period = number("period_s", low=0.0, high=30.0) or {"large": 4.0, "small": 0.5}[size]
     settings = SearchSettings(
         period_s=period,
-        inside=cast(Inside, choice("inside", get_args(Inside))),
-        sun=cast(SunChoice, choice("sun", get_args(SunChoice))),
-        moon=choice("moon", ("yes", "no")) == "yes",
+        inside=choice("inside", Inside),
+        sun=choice("sun", SunChoice),
+        moon=choice("moon", Literal["yes", "no"]) == "yes",
     )
     altitude = number("altitude_km", low=150.0, high=5000.0)
     spread = number("altitude_spread_km", low=0.0, high=altitude - 150.0)
     mounting = math.radians(number("mounting_deg", low=0.0, high=85.0))
     mounting = mounting or math.asin(EARTH_RADIUS_MEAN / (EARTH_RADIUS_MEAN + 1e3 * altitude))
-    even = choice("brightness", ("random", "even")) == "even"
+    even = choice("brightness", Literal["random", "even"]) == "even"
     drawn = SearchDraw(
         size=size,
         altitude_km=altitude,
         altitude_spread_km=spread,
         max_rate_deg_s=number("max_rate_deg_s", low=0.0, high=1.0),
-        failure=cast(Failure, choice("failure", get_args(Failure))),
+        failure=choice("failure", Failure),
         even=even,
         mounting=mounting,
     )
@@ -103,7 +104,7 @@ def _program(options: tuple[tuple[str, str], ...]):
     approach = math.radians(number("approach_rate_deg_s", low=0.0, high=5.0))
     approach = approach or (float(law.approach_rate) if strategy == "published" else search)
     axis = math.radians(number("start_axis_deg", low=-180.0, high=180.0))
-    learns = choice("tracking", ("drift", "published")) == "drift"
+    learns = choice("tracking", Literal["drift", "published"]) == "drift"
     changed = {
         "search_rate": search,
         "approach_rate": approach,

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -132,3 +132,18 @@ def choice_of(options: Mapping[str, str], name: str, choices: tuple[str, ...]) -
     if options[name] not in choices:
         raise InputError(f"expected one of {', '.join(choices)}, found {options[name]!r}", field=name)
     return options[name]
+
+
+@dataclass(frozen=True)
+class Reader:
+    """Values of a scenario's options by their names; `InputError` for any that is not what is asked for."""
+
+    options: Mapping[str, str]
+
+    def number(self, name: str, *, low: float = -math.inf, high: float = math.inf) -> float:
+        """A number from `low` to `high`."""
+        return number_of(self.options, name, low=low, high=high)
+
+    def choice(self, name: str, words: Any) -> Any:
+        """One of the words of a `Literal`."""
+        return choice_of(self.options, name, get_args(words))

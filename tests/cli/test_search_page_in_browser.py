@@ -1,4 +1,4 @@
-"""The page of an Earth search in a real Chromium: it loads in silence, and the slider and the keys move what it shows."""
+"""The page of an Earth search in a real Chromium: it loads in silence, and slider and keys move what it shows."""
 
 import io
 import os
