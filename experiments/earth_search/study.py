@@ -81,7 +81,9 @@ def picture(times: dict[str, np.ndarray]) -> bytes:
     axes = figure.add_axes((0.09, 0.12, 0.88, 0.70))
     for name, values in times.items():
         known = np.sort(values[np.isfinite(values)])
-        axes.step(known / 60.0, np.arange(1, len(known) + 1) / cases, where="post", linewidth=1.4, label=name)
+        style = "--" if name == STRATEGIES[-1] else "-"
+        share = np.arange(1, len(known) + 1) / cases
+        axes.step(known / 60.0, share, where="post", linewidth=1.4, linestyle=style, label=name)
     axes.axvline(20.0, color=INK, linewidth=0.8, linestyle="--")
     axes.set_ylim(0.0, 1.02)
     axes.legend(fontsize=8, frameon=False, loc="lower right")

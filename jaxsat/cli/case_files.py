@@ -32,7 +32,7 @@ def with_replay(factory: Factory, replay: Replay) -> Factory:
     def build(options: Mapping[str, str]) -> Scenario:
         return dataclasses.replace(factory(options), replay=functools.partial(replay, options))
 
-    return Factory(build, factory.options)
+    return dataclasses.replace(factory, build=build)
 
 
 def write_history(

@@ -25,7 +25,8 @@ def search_page(
     front, at the times `t_s`; `png` is its picture for whoever has no script.
     """
     from jaxsat.control.earth_search import TRACK
-    from jaxsat.report import Live, Picture, page
+    from jaxsat.report import Live, Picture, Remarks, page
+    from jaxsat.sweep.earth_search import ASSUMPTIONS
 
     mode = np.asarray(samples.mode)
     begins = np.flatnonzero((mode == TRACK) & (np.concatenate([[0], mode[:-1]]) != TRACK))
@@ -43,7 +44,10 @@ def search_page(
         verdict=verdict,
         verdict_text=text,
         message=message,
-        sections=[Live("search", "Sky about body z, seen from the spacecraft", picture)],
+        sections=[
+            Live("search", "Sky about body z, seen from the spacecraft", picture),
+            Remarks("Assumed", ASSUMPTIONS),
+        ],
         data=page_data(options, case, samples, t_s),
         script="search",
     )
