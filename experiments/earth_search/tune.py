@@ -95,7 +95,8 @@ def picture(tried: list[dict]) -> bytes:
             each.plot([one["approach_deg_s"] for one in part], shares, linewidth=1.2, marker=".", label=label)
         dress(each, x_label="approach and corrections, deg/s")
         head(each, f"first axis {axis:g} deg from x")
-    axes[0].legend(fontsize=8, frameon=False)
+    curves = axes[0].get_lines()
+    figure.legend(handles=curves, loc="upper right", ncols=3, fontsize=8, frameon=False)
     return png_bytes(figure)
 
 
