@@ -34,7 +34,7 @@ ALTITUDES_KM = (400, 600, 800, 1000, 1200, 1500)
 OFFSETS_DEG = (0.0, 1.0, 3.0, 5.0)
 LIMB_KM = (10.0, 50.0)
 """Tangent heights between which a soft limb's signal falls from all to nothing: ASSUMED, the 15 um band."""
-SAMPLES = 720
+SAMPLES = 2880
 DRAWS = 300
 
 
@@ -139,8 +139,8 @@ def pointing_errors(altitude_km: float, offset_deg: float, draws: int = DRAWS) -
     curved_one, curved = errors(sharp, 0.0)
     soft_one, soft = errors(summed(limb), lifted)
     field, generator, bright = random_brightness(0), np.random.default_rng(0), []
-    sensed = (jnp.asarray(azimuths), jnp.asarray(v), jnp.asarray(nadir), jnp.asarray(distance))
-    places = np.asarray(ground(sensor, *sensed))
+    sensed = np.c_[azimuths, np.zeros(len(v))], np.array([0.0, 0.0, 1.0]), v, nadir, distance
+    places = np.asarray(ground(sensor, *map(jnp.asarray, sensed)))
     for _ in range(draws):
         turn = np.linalg.qr(generator.normal(size=(3, 3)))[0]
         share = 1.0 + VARIATION * np.asarray(field(jnp.asarray(places @ turn.T)))
@@ -187,7 +187,7 @@ def main() -> None:
 def picture(rows: list[dict[str, float]]) -> bytes:
     """What each cause adds to the error, over the altitude, at each offset."""
     from jaxsat.plotting import png_bytes
-    from jaxsat.plotting.style import dress, head, new_figure
+    from jaxsat.plotting.style import INK, dress, head, new_figure
 
     figure = new_figure(9.6, 3.6, "Accuracy of the normalised output", "arc minutes over altitude, km")
     axes = figure.subplots(1, 3, gridspec_kw={"left": 0.06, "right": 0.985, "top": 0.72, "bottom": 0.12})
@@ -203,7 +203,12 @@ def picture(rows: list[dict[str, float]]) -> bytes:
             each.plot([row["altitude_km"] for row in part], [row[name] for row in part], label=label, linewidth=1.2)
         dress(each)
         head(each, title)
-    axes[0].legend(fontsize=8, frameon=False)
+    axes[2].set_ylim(bottom=0.0)
+    # 3 sigma of 6 arc minutes, as published.
+    axes[2].axhline(2.0, color=INK, linewidth=0.8, linestyle="--")
+    axes[2].text(ALTITUDES_KM[-1], 3.0, "published", fontsize=8, color=INK, ha="right")
+    curves = axes[0].get_lines()
+    figure.legend(handles=curves, loc="upper right", ncols=len(curves), fontsize=8, frameon=False)
     return png_bytes(figure)
 
 

@@ -18,7 +18,7 @@ from jaxsat.errors import InputError
 from jaxsat.sweep import Factory, Scenario, SweepPlan, read_plan, run_cases
 
 SCHEMA = "jaxsat.sweep-case/1"
-FILES = ("history.csv", "history.png", "case.json")
+FILES = ("history.csv", "history.png", "search.html", "case.json")
 """All names that a case may have; a scenario's replay may add others."""
 
 
@@ -32,7 +32,7 @@ def with_replay(factory: Factory, replay: Replay) -> Factory:
     def build(options: Mapping[str, str]) -> Scenario:
         return dataclasses.replace(factory(options), replay=functools.partial(replay, options))
 
-    return Factory(build, factory.options)
+    return dataclasses.replace(factory, build=build)
 
 
 def write_history(

@@ -6,17 +6,20 @@ from pathlib import Path
 import numpy as np
 
 from jaxsat.cli.case_files import with_replay, write_history
+from jaxsat.cli.earth_search_page import PAGE, search_page
 from jaxsat.sweep import earth_search
-
-SENSORS = ("+x", "+y", "-x", "-y")
 
 
 def _replay(options: Mapping[str, str], seed: int, case: int, directory: Path) -> None:
-    settings, samples = earth_search.history(options, seed, case)
+    settings, cases, samples = earth_search.history(options, seed, case)
     columns, panels = case_history(samples)
     t_s = settings.period_s * np.arange(len(samples.mode))
     subtitle = f"seed {seed}, {options['spacecraft']} spacecraft, {options['strategy']} strategy"
-    write_history(directory, t_s, columns, panels, title=f"Earth search, case {case}", subtitle=subtitle)
+    title = f"Earth search, case {case}"
+    write_history(directory, t_s, columns, panels, title=title, subtitle=subtitle)
+    png = (directory / "history.png").read_bytes()
+    page = search_page(options, cases, samples, t_s, png, title=title, subtitle=subtitle)
+    (directory / PAGE).write_text(page, encoding="utf-8")
 
 
 make = with_replay(earth_search.make, _replay)
@@ -24,6 +27,8 @@ make = with_replay(earth_search.make, _replay)
 
 def case_history(samples) -> tuple[dict[str, np.ndarray], dict[str, dict[str, np.ndarray]]]:
     """Columns and panels of a case's history, a `jaxsat.control.earth_loop.SearchSample` with the steps in front."""
+    from jaxsat.control.earth_search import SENSORS
+
     nadir, present, first = np.asarray(samples.nadir_body), np.asarray(samples.present), np.asarray(samples.first)
     rates, error = np.degrees(samples.angular_velocity), np.degrees(samples.error)
     toward = {f"toward {c}": np.degrees(np.arctan2(nadir[:, k], nadir[:, 2])) for k, c in enumerate("xy")}

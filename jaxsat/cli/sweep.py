@@ -162,7 +162,9 @@ def _list_scenarios() -> None:
 
     for name, entry in SCENARIOS.items():
         table = plain_table("option", "default", "meaning")
-        for option in factory(entry.address).options:
+        made = factory(entry.address)
+        for option in made.options:
             table.add_row(option.name, option.default, option.meaning)
-        show(f"{name}: {entry.summary}", table)
+        assumed = "".join(f"\n  assumed: {sentence}" for sentence in made.assumptions)
+        show(f"{name}: {entry.summary}", table, *([assumed.lstrip("\n") + "\n"] if assumed else []))
     show(f"Example: jaxsat sweep {next(iter(SCENARIOS))} --cases 2000 --seed 1 --out results")

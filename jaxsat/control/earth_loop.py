@@ -56,7 +56,8 @@ class SearchState(eqx.Module):
     angular_velocity: Float[Array, "3"]
     up: Float[Array, "3"]
     along: Float[Array, "3"]
-    greenwich: Float[Array, ""]
+    greenwich: Float[Array, "2"]
+    """Cosine and sine of the Earth's angle."""
     memory: SearchMemory
     time: Float[Array, ""]
     first_signal: Float[Array, ""]
@@ -83,12 +84,17 @@ class SearchSample(eqx.Module):
     """[rad/s]"""
     error: Float[Array, ""]
     """From body z to the nadir [rad]."""
+    azimuths: Float[Array, "4 2"]
+    """Of the sensors in use, a spare's where it stands for one."""
+    sun_body: Float[Array, "3"]
+    moon_body: Float[Array, "3"]
 
 
 def first_state(law: EarthSearchLaw, q, w, up, along, greenwich) -> SearchState:
     """At the start of a case."""
     zero, never = jnp.asarray(0.0), jnp.asarray(jnp.inf)
-    return SearchState(q, w, up, along, greenwich, first_memory(law), zero, never, never, never, zero)
+    angle = jnp.stack([jnp.cos(greenwich), jnp.sin(greenwich)])
+    return SearchState(q, w, up, along, angle, first_memory(law), zero, never, never, never, zero)
 
 
 def one_step(
@@ -97,11 +103,11 @@ def one_step(
     field: BrightnessMap | None,
     craft: EarthSearchCraft,
     scene: EarthScene,
-    orbital_rate: Float[Array, ""],
+    orbit_turn: Float[Array, "2"],
     state: SearchState,
     coin: Float[Array, "4"],
 ) -> tuple[SearchState, SearchSample]:
-    """One case one period on: look, decide, turn."""
+    """One case one period on: look, decide, turn. `orbit_turn` is cosine and sine of the orbit's turn in a period."""
     hold, period = jax.lax.optimization_barrier, settings.period_s
     dcm = hold(quaternion.to_dcm(state.quaternion))
     seen = hold(
@@ -125,9 +131,13 @@ def one_step(
     wanted = jnp.stack([-command[1], command[0], jnp.zeros_like(command[0])])
     limit = craft.acceleration * period
     new_w = hold(w + jnp.clip((1.0 - jnp.exp(-period / craft.lag)) * (wanted - w), -limit, limit))
-    turn = quaternion.from_rotation_vector(0.5 * period * (w + new_w))
-    q = quaternion.normalize(quaternion.multiply(state.quaternion, turn))
-    c, s = jnp.cos(orbital_rate * period), jnp.sin(orbital_rate * period)
+    turn = hold(turn_quaternion(0.5 * period * (w + new_w)))
+    q = hold(quaternion.multiply(state.quaternion, turn))
+    # A step of Newton's towards norm one suffices: it was one a step ago.
+    q = q * (1.5 - 0.5 * jnp.sum(q * q))
+    c, s = orbit_turn
+    cosine, sine = state.greenwich
+    c_earth, s_earth = (f(EARTH_ROTATION_RATE * period) for f in (math.cos, math.sin))
 
     begins = (memory.mode == TRACK) & (state.memory.mode != TRACK)
     signal = jnp.any(seen.signals.present)
@@ -136,7 +146,7 @@ def one_step(
         angular_velocity=new_w,
         up=c * state.up + s * state.along,
         along=c * state.along - s * state.up,
-        greenwich=state.greenwich + EARTH_ROTATION_RATE * period,
+        greenwich=jnp.stack([c_earth * cosine - s_earth * sine, s_earth * cosine + c_earth * sine]),
         memory=memory,
         time=state.time + period,
         first_signal=jnp.where(signal, jnp.minimum(state.first_signal, state.time), state.first_signal),
@@ -146,20 +156,48 @@ def one_step(
     )
     nadir = -(state.up @ dcm)
     error = angle_between(nadir, jnp.array([0.0, 0.0, 1.0]))
-    sample = SearchSample(nadir, seen.signals.present, seen.first, seen.inside, memory.mode, memory.direction, w, error)
+    sample = SearchSample(
+        nadir_body=nadir,
+        present=seen.signals.present,
+        first=seen.first,
+        inside=seen.inside,
+        mode=memory.mode,
+        direction=memory.direction,
+        angular_velocity=w,
+        error=error,
+        azimuths=seen.azimuths,
+        sun_body=scene.sun @ dcm,
+        moon_body=scene.moon @ dcm,
+    )
     return after, sample
+
+
+def turn_quaternion(rotation: Float[Array, "3"]) -> Float[Array, "4"]:
+    """Quaternion of a rotation by its series, to 1e-13 for half a turn: sine and cosine are called case by case."""
+    square = 0.25 * jnp.sum(rotation * rotation)
+    cosine, sinc = jnp.ones_like(square), jnp.ones_like(square)
+    for n in range(18, 0, -2):
+        cosine = 1.0 - square / (n * (n - 1)) * cosine
+        sinc = 1.0 - square / (n * (n + 1)) * sinc
+    return jnp.concatenate([cosine[None], 0.5 * sinc * rotation])
+
+
+def orbit_turn(orbital_rate: Float[Array, "*n"], settings: SearchSettings) -> Float[Array, "*n 2"]:
+    """Cosine and sine of the orbit's turn in a period."""
+    angle = orbital_rate * settings.period_s
+    return jnp.stack([jnp.cos(angle), jnp.sin(angle)], axis=-1)
 
 
 def run_cases(
     settings: SearchSettings, law: EarthSearchLaw, cases: SearchCases, steps: int, field: BrightnessMap | None
 ) -> SearchState:
     """The state of every case after a number of steps; leaves with the cases in front."""
-    fixed = (cases.craft, cases.scene, cases.orbital_rate)
+    fixed = (cases.craft, cases.scene, orbit_turn(cases.orbital_rate, settings))
     like = (jax.eval_shape(search_craft), *jax.tree.map(_alone, fixed[1:]))
 
-    def step(law, craft, scene, rate, state, *coin):
+    def step(law, craft, scene, turn, state, *coin):
         coin = coin[0] if coin else jnp.zeros(4)
-        return one_step(settings, law, field, craft, scene, rate, state, coin)[0]
+        return one_step(settings, law, field, craft, scene, turn, state, coin)[0]
 
     def coins(number):
         drawn = jax.vmap(lambda key: jax.random.uniform(jax.random.fold_in(key, number), (4,)))(cases.key)
@@ -181,10 +219,11 @@ def run_one(
     craft = jax.tree.map(lambda leaf, one: leaf[0] if leaf.ndim > len(one.shape) else leaf, case.craft, sound)
     scene = jax.tree.map(lambda leaf: leaf[0], case.scene)
     start = first_state(law, *(leaf[0] for leaf in _motion(case)))
+    turn = orbit_turn(case.orbital_rate[0], settings)
 
     def advance(state, number):
         coin = jax.random.uniform(jax.random.fold_in(case.key[0], number), (4,))
-        return one_step(settings, law, field, craft, scene, case.orbital_rate[0], state, coin)
+        return one_step(settings, law, field, craft, scene, turn, state, coin)
 
     return jax.lax.scan(advance, start, jnp.arange(steps))
 

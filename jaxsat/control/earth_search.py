@@ -24,6 +24,7 @@ from jaxsat.math import float_array
 
 SEARCH, APPROACH, TRACK = 0, 1, 2
 MODES = ("search", "approach", "track")
+SENSORS = ("+x", "+y", "-x", "-y")
 
 
 def _degrees(value: float):

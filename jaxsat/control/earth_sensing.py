@@ -12,7 +12,13 @@ from jaxsat.constants import AU, SUN_RADIUS
 from jaxsat.control.earth_craft import FIELD_DEG, MOON_SIGNAL, SUN_MARGIN_DEG, SUN_SIGNAL, EarthSearchCraft
 from jaxsat.control.earth_search import Signals
 from jaxsat.environment.infrared import MEAN_BRIGHTNESS, MIN_BRIGHTNESS, VARIATION, BrightnessMap
-from jaxsat.sensors.horizon_sensor import band_harmonics, chord_of_disk, normalised_output
+from jaxsat.sensors.horizon_sensor import (
+    band_harmonics,
+    chord_on_scan,
+    halved_harmonics,
+    normalised_output,
+    small_arctan,
+)
 from jaxsat.sensors.horizon_sensor import present as signals_presence
 
 Inside = Literal["brightness", "always", "never", "random"]
@@ -55,7 +61,7 @@ def sense(
     scene: EarthScene,
     dcm_eci_from_body: Float[Array, "3 3"],
     up_eci: Float[Array, "3"],
-    greenwich: Float[Array, ""],
+    greenwich: Float[Array, "2"],
     coin: Float[Array, "4"],
     *,
     inside: Inside,
@@ -65,6 +71,7 @@ def sense(
 ) -> Seen:
     """What the sensors say in one attitude, with the Earth's centre opposite to `up_eci`.
 
+    `greenwich` is cosine and sine of the Earth's angle.
     `coin` in [0, 1) decides on presence inside the disk where that is `random`; `field` None is an even Earth.
     """
     # Held: what is used several times is not to be computed for each of its uses.
@@ -72,34 +79,38 @@ def sense(
     nadir = -(up_eci @ dcm_eci_from_body)
     cosine_of_disk = scene.cosine_of_disk
     sun_body, moon_body = scene.sun @ dcm_eci_from_body, scene.moon @ dcm_eci_from_body
+    nadir, sun_body, moon_body = hold((nadir, sun_body, moon_body))
     azimuths, muted = craft.azimuths, jnp.zeros(4, bool)
     azimuths = jnp.where(craft.on_spare[:, None], craft.spare_azimuths, azimuths)
     sun_up = sun_body @ nadir < cosine_of_disk
     if sun == "blocked":
         margin = math.radians(SUN_MARGIN_DEG + FIELD_DEG) + SUN_ANGLE
-        struck = sun_up & _strikes(sensor, azimuths, sun_body, margin)
-        azimuths = jnp.where((struck & ~craft.on_spare)[:, None], craft.spare_azimuths, azimuths)
+        struck = hold(sun_up & _strikes(sensor, azimuths, sun_body, margin))
+        azimuths = hold(jnp.where((struck & ~craft.on_spare)[:, None], craft.spare_azimuths, azimuths))
         # A spare in use has none of its own.
         muted = (struck & craft.on_spare) | (struck & _strikes(sensor, azimuths, sun_body, margin))
 
-    along_centre, along_scan = _in_plane(sensor, azimuths, nadir)
-    begin, end = chord_of_disk(along_centre, along_scan, cosine_of_disk)
-    v1, v2 = hold(tuple(jnp.clip(s / sensor.amplitude, -1.0, 1.0) for s in (begin, end)))
+    along_centre, along_scan = hold(_in_plane(sensor, azimuths, nadir))
+    v1, v2 = hold(chord_on_scan(along_centre, along_scan, cosine_of_disk, sensor.amplitude))
     whole = (v1 <= -1.0) & (v2 >= 1.0)
     if field is None:
         first, second = band_harmonics(v1, v2, scene.brightness)
     else:
         # Two halves of one brightness each, taken where a linear one has the same first harmonic over a whole scan.
         middle, arm = 0.5 * (v1 + v2), math.pi / 8.0 * (v2 - v1)
-        both = jnp.concatenate([azimuths, azimuths])
-        places = ground(sensor, both, jnp.concatenate([middle - arm, middle + arm]), nadir, scene.distance)
-        c, s = hold((jnp.cos(greenwich), jnp.sin(greenwich)))
+        c, s = greenwich
         x, y, z = dcm_eci_from_body
         dcm_ecef_from_body = hold(jnp.stack([c * x + s * y, c * y - s * x, z]))
-        departure = VARIATION * field.nearest(hold(places @ dcm_ecef_from_body.T))
+        across = hold(azimuths @ dcm_ecef_from_body[:, :2].T)
+        nadir_ecef = hold(dcm_ecef_from_body @ nadir)
+        axis_ecef = dcm_ecef_from_body[:, 2]
+        places = [
+            hold(ground(sensor, across, axis_ecef, v, nadir_ecef, scene.distance))
+            for v in hold((middle - arm, middle + arm))
+        ]
+        departure = VARIATION * field.nearest(jnp.concatenate(places))
         bright = hold(jnp.maximum(scene.brightness * (1.0 + departure), MIN_BRIGHTNESS))
-        outer, inner = band_harmonics(v1, middle, bright[:4]), band_harmonics(middle, v2, bright[4:])
-        first, second = outer[0] + inner[0], outer[1] + inner[1]
+        first, second = halved_harmonics(v1, middle, v2, bright[:4], bright[4:])
     if moon:
         up = moon_body @ nadir < cosine_of_disk
         signal = jnp.where(up, MOON_SIGNAL * MEAN_BRIGHTNESS * scene.moon_lit, 0.0)
@@ -147,22 +158,22 @@ def _body_harmonics(sensor, azimuths, direction, radius, signal):
     met = jnp.abs(_across(azimuths, direction)) < math.sin(radius + math.radians(FIELD_DEG))
     met = met & (jnp.abs(along) < 0.4 * centre)
     ratio = along / jnp.where(met, centre, 1.0)
-    # The arctangent's series, to 1e-7 at the ends of the scan and a tenth of its time.
-    square = ratio * ratio
-    place = ratio * (1.0 - square * (1.0 / 3.0 - square * (0.2 - square * (1.0 / 7.0 - square / 9.0))))
+    place = small_arctan(ratio)
     begin, end = (jnp.clip((place + s * radius) / sensor.amplitude, -1.0, 1.0) for s in (-1.0, 1.0))
     return band_harmonics(begin, end, jnp.where(met, signal, 0.0))
 
 
 def ground(
     sensor,
-    azimuths: Float[Array, "places 2"],
+    azimuths: Float[Array, "places 3"],
+    axis: Float[Array, "3"],
     v: Float[Array, "places"],
     nadir: Float[Array, "3"],
     distance: Float[Array, ""],
 ) -> Float[Array, "places 3"]:
-    """Vectors in body axes from the Earth's centre, in its radii, to what is seen at places v of scans.
+    """Vectors from the Earth's centre, in its radii, to what is seen at places v of scans.
 
+    `azimuths` of the sensors, `axis` (body z) and `nadir` are unit vectors in the axes in which the result is wanted;
     `distance` is that of the spacecraft over the Earth's radius. A line of sight that misses the Earth is given the
     place at which it comes nearest.
     """
@@ -173,7 +184,6 @@ def ground(
     cosine = 1.0 - square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0))
     c, s = jnp.cos(sensor.cone_angle), jnp.sin(sensor.cone_angle)
     outward, inward = hold((s * cosine - c * sine, c * cosine + s * sine))
-    sight = jnp.concatenate([azimuths * outward[:, None], inward[:, None]], axis=1)
-    down = sight @ nadir
+    down = outward * (azimuths @ nadir) + inward * (axis @ nadir)
     slant = hold(distance * down - jnp.sqrt(jnp.maximum(1.0 - distance**2 * (1.0 - down * down), 0.0)))
-    return slant[:, None] * sight - distance * nadir[None]
+    return (slant * outward)[:, None] * azimuths + (slant * inward)[:, None] * axis[None] - distance * nadir[None]

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from jaxsat.plotting.style import AXIS_COLOURS, INK, dress, head, new_figure, time_limits
 
@@ -43,8 +44,16 @@ def draw_history(
                 loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=len(curves), fontsize=8, frameon=False, borderpad=0
             )
         dress(axes)
+        if all(_counted(values) for values in curves.values()):
+            axes.yaxis.set_major_locator(MaxNLocator(integer=True))
         head(axes, label)
     last = grid.flat[len(panels) - 1]
     last.set_xlabel("time, s", fontsize=9, color=INK)
     last.set_xlim(*time_limits(t_s))
     return figure
+
+
+def _counted(values: np.ndarray) -> bool:
+    """Whether there are none but whole numbers, as those of modes."""
+    known = values[np.isfinite(values)]
+    return bool(np.all(known == np.round(known)))

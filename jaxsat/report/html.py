@@ -76,17 +76,18 @@ def page(
     message: str,
     sections: Sequence[Section],
     data: Mapping[str, Any] | None = None,
+    script: Literal["page", "search"] = "page",
 ) -> str:
     """Returns the HTML text. Every text is escaped; an empty table or list leaves no trace.
 
     `data` is what the script draws `Live` sections from, JSON without numbers that are not finite; without it the page
-    has no script at all.
+    has no script at all. `script`: `page` is that of a fit's report, `search` that of an Earth search.
     """
     body = "\n".join(part for part in map(_section, sections) if part)
-    style, script = _asset("page/page.css"), "" if data is None else _asset("page.bundle.js")
-    allowed = f"script-src {_digest(script)}; " if script else ""
+    style, bundle = _asset("page/page.css"), "" if data is None else _asset(f"{script}.bundle.js")
+    allowed = f"script-src {_digest(bundle)}; " if bundle else ""
     policy = f"default-src 'none'; {allowed}style-src {_digest(style)}; img-src data: blob:; base-uri 'none'"
-    code = f'\n<script type="application/json" id="data">{_inert(data)}</script>\n<script>{script}</script>'
+    code = f'\n<script type="application/json" id="data">{_inert(data)}</script>\n<script>{bundle}</script>'
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -105,7 +106,7 @@ def page(
 </header>
 <main>
 {body}
-</main>{code if script else ""}
+</main>{code if bundle else ""}
 </body>
 </html>
 """

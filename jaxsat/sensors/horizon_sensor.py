@@ -49,6 +49,20 @@ def band_harmonics(
     return 2.0 / math.pi * signal * (c1 - c2), 2.0 / math.pi * signal * (end * c2 - begin * c1)
 
 
+def halved_harmonics(
+    begin: Float[Array, "*n"],
+    middle: Float[Array, "*n"],
+    end: Float[Array, "*n"],
+    outer: Float[Array, "*n"],
+    inner: Float[Array, "*n"],
+) -> tuple[Float[Array, "*n"], Float[Array, "*n"]]:
+    """Harmonics of a band of two signals, `outer` to `middle` and `inner` from there: the sum of `band_harmonics`."""
+    c1, c2, c3 = _cosine(begin), _cosine(middle), _cosine(end)
+    first = outer * (c1 - c2) + inner * (c2 - c3)
+    second = outer * (middle * c2 - begin * c1) + inner * (end * c3 - middle * c2)
+    return 2.0 / math.pi * first, 2.0 / math.pi * second
+
+
 def _angle(v, c):
     # Not arcsin, whose derivative at the ends is infinite.
     return jnp.arctan2(v, jnp.where((v == 0.0) & (c == 0.0), 1.0, c))
@@ -119,3 +133,36 @@ def chord_of_disk(
     half = jnp.where(outside, jnp.arctan2(safe_sqrt(square - cosine_of_disk**2), cosine_of_disk), 0.0)
     middle = jnp.arctan2(along_scan, jnp.where(square > 0.0, along_centre, 1.0))
     return middle - half, middle + half
+
+
+def chord_on_scan(
+    along_centre: Float[Array, "*n"],
+    along_scan: Float[Array, "*n"],
+    cosine_of_disk: float | Float[Array, ""],
+    amplitude: float | Float[Array, ""],
+) -> tuple[Float[Array, "*n"], Float[Array, "*n"]]:
+    """Places v in [-1, 1] at which the scan enters and leaves a disk: `chord_of_disk` over the amplitude, clipped.
+
+    Both are the same where they do not meet. Without a trigonometric function, for loops over many cases: to 1e-9 for
+    amplitudes to 15 deg, and disks below 90 deg by more than an amplitude.
+    """
+    half = safe_sqrt(along_centre**2 + along_scan**2 - cosine_of_disk**2)
+    met = half > 0.0
+    # Cosine and sine of the two edges, m cos rho times too large.
+    place = []
+    for side in (-1.0, 1.0):
+        cosine = along_centre * cosine_of_disk - side * along_scan * half
+        sine = along_scan * cosine_of_disk + side * along_centre * half
+        within = jnp.abs(sine) < jnp.tan(amplitude) * cosine
+        v = small_arctan(sine / jnp.where(within, cosine, 1.0)) / amplitude
+        place.append(jnp.where(within, v, jnp.where(sine < 0.0, -1.0, 1.0)))
+    # A disk about the opposite direction begins behind where it ends.
+    return place[0], jnp.where(met, jnp.maximum(place[0], place[1]), place[0])
+
+
+def small_arctan(ratio: Float[Array, "*n"]) -> Float[Array, "*n"]:
+    """The arctangent by its series, to 1e-9 below 16 deg: a tenth of the time of the general one."""
+    square, found = ratio * ratio, jnp.zeros_like(ratio)
+    for order in range(13, -1, -2):
+        found = 1.0 / order - square * found
+    return ratio * found

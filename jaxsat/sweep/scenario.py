@@ -3,10 +3,10 @@
 import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -41,6 +41,8 @@ class Scenario:
     chunk: int
     """Cases of a chunk: last digits may depend on it, so it is part of a sweep's identity."""
     run: Callable[[int, np.ndarray], Mapping[str, np.ndarray]]
+    assumptions: tuple[str, ...] = ()
+    """Sentences on what decides the result and nobody has measured; they go into summary.json."""
     replay: Callable[[int, int, Path], None] | None = None
     """`replay(seed, case, directory)` writes the full history of one case, and its picture, into a directory."""
 
@@ -96,9 +98,11 @@ class Factory:
     build: Callable[[Mapping[str, str]], Scenario]
     """Gets every declared option; raises `InputError` for a value it cannot take (`number_of`, `choice_of`)."""
     options: tuple[Option, ...] = ()
+    assumptions: tuple[str, ...] = ()
+    """As those of its scenarios, for the list of all."""
 
     def __call__(self, given: Mapping[str, str]) -> Scenario:
-        return self.build(self.filled(given))
+        return replace(self.build(self.filled(given)), assumptions=self.assumptions)
 
     def filled(self, given: Mapping[str, str]) -> dict[str, str]:
         """All options in the order of their declaration; `InputError` for one that is not declared."""
@@ -132,3 +136,18 @@ def choice_of(options: Mapping[str, str], name: str, choices: tuple[str, ...]) -
     if options[name] not in choices:
         raise InputError(f"expected one of {', '.join(choices)}, found {options[name]!r}", field=name)
     return options[name]
+
+
+@dataclass(frozen=True)
+class Reader:
+    """Values of a scenario's options by their names; `InputError` for any that is not what is asked for."""
+
+    options: Mapping[str, str]
+
+    def number(self, name: str, *, low: float = -math.inf, high: float = math.inf) -> float:
+        """A number from `low` to `high`."""
+        return number_of(self.options, name, low=low, high=high)
+
+    def choice(self, name: str, words: Any) -> Any:
+        """One of the words of a `Literal`."""
+        return choice_of(self.options, name, get_args(words))

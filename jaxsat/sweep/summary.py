@@ -98,6 +98,7 @@ def document(
         "cases": plan.cases,
         "seed": plan.seed,
         "options": plan.options,
+        **({"assumptions": list(scenario.assumptions)} if scenario.assumptions else {}),
         "chunk": plan.chunk,
         "succeeded": int(counts[0]),
         "statuses": dict(zip(scenario.statuses, counts.tolist(), strict=True)),

@@ -7,11 +7,11 @@ Sun was held for 100 s, and is still held at the end.
 import functools
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, cast, get_args
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jaxsat.sweep.scenario import Factory, Metric, Option, Scenario, case_keys, choice_of, number_of
+from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, case_keys
 
 if TYPE_CHECKING:
     from jaxsat.control.sun_loop import LoopSettings, Sample
@@ -69,12 +69,12 @@ def _program(options: tuple[tuple[str, str], ...]):
     from jaxsat.control.sun_loop import Estimator, LoopSettings
     from jaxsat.control.sun_pointing import SunPointingLaw
 
-    given = dict(options)
-    number = functools.partial(number_of, given)
+    reader = Reader(dict(options))
+    number = reader.number
     period = number("period_s", low=0.05, high=10.0)
     bits = number("reading_bits", low=0.0, high=32.0)
     settings = LoopSettings(
-        estimator=cast(Estimator, choice_of(given, "estimator", get_args(Estimator))),
+        estimator=reader.choice("estimator", Estimator),
         period_s=period,
         reading_step=2.0**-bits if bits > 0.0 else 0.0,
         reading_noise=number("reading_noise", low=0.0, high=0.1),

@@ -9,15 +9,17 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from jaxsat.constants import EARTH_MU, EARTH_RADIUS_MEAN
 from jaxsat.control.earth_craft import search_craft, search_law
 from jaxsat.control.earth_draw import SearchDraw, draw_cases, scene_at
-from jaxsat.control.earth_loop import SearchSettings, run_cases, run_one
+from jaxsat.control.earth_loop import SearchSettings, run_cases, run_one, turn_quaternion
 from jaxsat.control.earth_search import APPROACH, SEARCH, TRACK, Signals, decide, first_memory
 from jaxsat.control.earth_sensing import SunChoice, ground, sense
 from jaxsat.environment.infrared import MIN_BRIGHTNESS, VARIATION, random_brightness
 from jaxsat.math import quaternion
+from jaxsat.math.one_function import in_one_function
 from jaxsat.sweep import case_keys
 
 # Most of the time goes into compiling, and none of it has to be fast.
@@ -38,7 +40,7 @@ def attitudes(count, seed=0):
 
 def seen_at(scene, q, up, *, sun: SunChoice = "none", moon=False, field=None):
     dcm = quaternion.to_dcm(q)
-    return sense(CRAFT, scene, dcm, up, jnp.asarray(0.0), NO_COIN, inside="brightness", sun=sun, moon=moon, field=field)
+    return sense(CRAFT, scene, dcm, up, X[:2], NO_COIN, inside="brightness", sun=sun, moon=moon, field=field)
 
 
 def summed(brightness):
@@ -94,7 +96,9 @@ def test_signals_are_those_of_rays_cast_at_the_earth(uneven):
 def test_what_is_seen_lies_on_the_ground():
     nadir = jnp.array([0.06, -0.08, math.sqrt(0.99)])
     v = jnp.array([0.5, 0.9, 0.7, 1.0])
-    place = np.asarray(ground(CRAFT.sensor, CRAFT.azimuths, v, nadir, jnp.asarray(RADIUS / EARTH_RADIUS_MEAN)))
+    azimuths = jnp.concatenate([CRAFT.azimuths, jnp.zeros((4, 1))], axis=1)
+    distance = jnp.asarray(RADIUS / EARTH_RADIUS_MEAN)
+    place = np.asarray(ground(CRAFT.sensor, azimuths, jnp.array([0.0, 0.0, 1.0]), v, nadir, distance))
     np.testing.assert_allclose(np.linalg.norm(place, axis=1), 1.0, atol=1e-9)
 
 
@@ -267,12 +271,20 @@ def test_cases_together_are_those_alone():
     settings = SearchSettings(period_s=4.0)
     cases = quick(functools.partial(draw_cases, SearchDraw(size="small")))(case_keys(3, np.arange(6)))
     field, law = random_brightness(0), search_law("small")
-    together = quick(lambda cases: run_cases(settings, law, cases, 12, field))(cases)
+    together = quick(in_one_function(lambda cases: run_cases(settings, law, cases, 12, field)))(cases)
     only = jax.tree.map(lambda leaf: leaf[4:5] if leaf.shape[:1] == (6,) else leaf, cases)
     one, samples = quick(lambda case: run_one(settings, law, case, 12, field))(only)
     for a, b in zip(jax.tree.leaves(together), jax.tree.leaves(one), strict=True):
         np.testing.assert_allclose(a[4], b, rtol=1e-9, atol=1e-12)
     assert all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(samples))
+
+
+def test_the_turn_of_a_step_is_that_of_the_rotation():
+    rotations = np.random.default_rng(0).normal(size=(20, 3))
+    rotations *= np.linspace(0.0, math.pi, 20)[:, None] / np.linalg.norm(rotations, axis=1)[:, None]
+    expected = Rotation.from_rotvec(rotations).as_quat(scalar_first=True)
+    found = quick(jax.vmap(lambda rotation: turn_quaternion(rotation)))(jnp.asarray(rotations))
+    np.testing.assert_allclose(found, expected, atol=1e-13)
 
 
 def test_the_orbit_is_circular_at_its_rate():

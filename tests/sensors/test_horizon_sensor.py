@@ -13,6 +13,8 @@ from jaxsat.sensors.horizon_sensor import (
     HorizonSensor,
     band_harmonics,
     chord_of_disk,
+    chord_on_scan,
+    halved_harmonics,
     normalised_output,
     present,
     ramp_harmonics,
@@ -92,6 +94,29 @@ def test_the_chord_of_the_disk_is_where_the_line_of_sight_meets_it(disk_deg):
     )
 
 
+@pytest.mark.parametrize("disk_deg", [54.0, 62.7, 77.0])
+def test_the_short_way_to_the_chord_is_the_exact_one(disk_deg):
+    rho = math.radians(disk_deg)
+    nadirs = np.random.default_rng(1).normal(size=(3, 4000))
+    nadirs /= np.linalg.norm(nadirs, axis=0)
+    along = jnp.asarray(nadirs[0]), jnp.asarray(nadirs[1])
+    exact = [np.clip(edge / THETA, -1.0, 1.0) for edge in quick(chord_of_disk)(*along, math.cos(rho))]
+    found = [np.asarray(edge) for edge in quick(chord_on_scan)(*along, math.cos(rho), THETA)]
+    met = exact[1] > exact[0]
+    assert 300 < met.sum() < 3000 and np.sum((exact[0] > -1.0) & met) > 100
+    np.testing.assert_array_equal(found[1] > found[0], met)
+    np.testing.assert_allclose(np.stack(found)[:, met], np.stack(exact)[:, met], atol=1e-9)
+
+
+def test_two_halves_are_two_bands():
+    edges = jnp.asarray(np.sort(np.random.default_rng(2).uniform(-1.0, 1.0, (3, 50)), axis=0))
+    outer, inner = jnp.linspace(25.0, 60.0, 50), jnp.linspace(60.0, 40.0, 50)
+    bands = band_harmonics(edges[0], edges[1], outer), band_harmonics(edges[1], edges[2], inner)
+    np.testing.assert_allclose(
+        jnp.stack(halved_harmonics(*edges, outer, inner)), sum(map(jnp.stack, bands)), atol=1e-12
+    )
+
+
 def test_presence_is_signalled_to_the_published_offsets():
     """|x| < 11.30 deg by the printed threshold, 11.13 deg by the corrected one, at the least brightness."""
     dimmest = 25.0
@@ -108,7 +133,9 @@ def test_slopes_are_those_of_finite_differences():
         soft = jnp.stack(ramp_harmonics(x, x + width, THETA))
         band = jnp.stack(band_harmonics(jnp.clip(x / THETA, -1.0, 0.9), jnp.asarray(0.95), 2.0 + x))
         chord = jnp.stack(chord_of_disk(jnp.cos(5.0 * x), jnp.sin(5.0 * x) * (1.0 - width), 0.45))
-        return jnp.concatenate([step, soft, band, chord])
+        short = jnp.stack(chord_on_scan(jnp.cos(1.1 + x), jnp.sin(1.1 + x) * (1.0 - width), 0.45, 0.25))
+        halves = jnp.stack(halved_harmonics(jnp.asarray(-0.9), x, jnp.asarray(0.8), 2.0 + x, 3.0 - width))
+        return jnp.concatenate([step, soft, band, chord, short, halves])
 
     x, width, h = jnp.radians(jnp.array([-13.0, -5.0, 0.0, 3.0, 11.99, 14.0])), jnp.full(6, 0.01), 1e-6
     value = quick(jax.vmap(both))
@@ -128,6 +155,9 @@ def test_awkward_points_are_finite():
             *jax.grad(lambda b, e: sum(band_harmonics(b, e, e)), argnums=(0, 1))(one, one),
             *jax.grad(lambda c, s: sum(chord_of_disk(c, s, 0.5)), argnums=(0, 1))(half, zero),
             *jax.grad(lambda c, s: sum(chord_of_disk(c, s, 0.5)), argnums=(0, 1))(zero, zero),
+            *jax.grad(lambda c, s: sum(chord_on_scan(c, s, 0.5, THETA)), argnums=(0, 1))(half, zero),
+            *jax.grad(lambda c, s: sum(chord_on_scan(c, s, 0.5, THETA)), argnums=(0, 1))(zero, zero),
+            *jax.grad(lambda b, e: sum(halved_harmonics(-b, zero, b, e, e)), argnums=(0, 1))(one, one),
             jax.grad(lambda a: normalised_output(a, a))(zero),
         )
 

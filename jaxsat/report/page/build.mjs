@@ -1,4 +1,5 @@
-// Bundles main.js and all that it imports into ../page.bundle.js, with the licences of what is kept in it on top.
+// Bundles main.js and search.js with all that they import into ../page.bundle.js and ../search.bundle.js; on top of the
+// first one the licences of what is kept in it.
 import { createHash } from "node:crypto";
 import { readFileSync, readdirSync } from "node:fs";
 import { build } from "esbuild";
@@ -10,15 +11,18 @@ const sources = [...readdirSync(here).filter((name) => name.endsWith(".js")), "p
 const digest = createHash("sha256");
 for (const name of sources) digest.update(`${name}\n${read(name)}`);
 
-await build({
+const sum = `/* sources sha256 ${digest.digest("hex")}\n`;
+const shared = {
   absWorkingDir: here.pathname,
-  entryPoints: ["main.js"],
-  outfile: "../page.bundle.js",
   bundle: true,
   minify: true,
   format: "iife",
   target: "es2023",
   legalComments: "none",
   charset: "ascii",
-  banner: { js: `/* sources sha256 ${digest.digest("hex")}\n\n${read("../page.LICENSES.txt")}*/` },
-});
+};
+
+const banner = { js: `${sum}\n${read("../page.LICENSES.txt")}*/` };
+await build({ ...shared, entryPoints: ["main.js"], outfile: "../page.bundle.js", banner });
+// Nothing of others in it.
+await build({ ...shared, entryPoints: ["search.js"], outfile: "../search.bundle.js", banner: { js: `${sum}*/` } });

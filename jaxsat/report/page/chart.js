@@ -57,7 +57,7 @@ export class Chart {
       for (const t of times) this.rule("grid", this.x(t), base, this.x(t), base + height);
       for (const value of strip.ticks) {
         this.rule("grid", LEFT, y(value), right, y(value));
-        this.write("tick value", LEFT - 6, y(value) + 3.5, fixed(value, digits(strip.ticks)));
+        this.write("tick value", LEFT - 6, y(value) + 3.5, strip.name?.(value) ?? fixed(value, digits(strip.ticks)));
       }
       if (strip.label) this.write("axis side", 11, base + height / 2, strip.label);
       strip.draw(new Paint(this.svg, this.x, y));
@@ -67,7 +67,7 @@ export class Chart {
     }
     const under = this.height - BOTTOM + 15;
     for (const t of times) this.write("tick", this.x(t), under, fixed(t, 0));
-    this.write("axis", (LEFT + right) / 2, under + 15, "time since epoch, s");
+    this.write("axis", (LEFT + right) / 2, under + 15, this.clock.axis ?? "time since epoch, s");
     this.svg.append(this.cursor);
   }
 

@@ -14,5 +14,6 @@ export function utc(page, t) {
 }
 
 export function clockText(page, t) {
-  return `t = ${fixed(t, 0)} s, ${utc(page, t).slice(11, 19)} UTC`;
+  const since = `t = ${fixed(t, 0)} s`;
+  return Number.isFinite(page.epochMs) ? `${since}, ${utc(page, t).slice(11, 19)} UTC` : since;
 }

@@ -10,7 +10,7 @@ export function transport(page, clock) {
   const on = step("Next sample", "›", () => clock.step(1));
   const slider = el("input", {
     type: "range",
-    "aria-label": "Time since the epoch",
+    "aria-label": clock.axis ?? "Time since the epoch",
     min: clock.begin,
     max: clock.end,
     step: "any",

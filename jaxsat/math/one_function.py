@@ -1,0 +1,26 @@
+"""A whole program in one function of machine code, where XLA on a CPU can be told to."""
+
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar, cast
+
+import jax
+from jax.experimental.xla_metadata import set_xla_metadata
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+TRIED = (0, 10)
+"""Version of JAX with which this was tried: the attributes are of XLA's inside, not of its interface."""
+
+
+def in_one_function(function: Callable[P, R]) -> Callable[P, R]:
+    """`function`, for the arguments of a `jax.jit` as they are, compiled for a CPU into a single function.
+
+    By default XLA hands each of the hundreds of small loops of a step to its threads, at every step: of 10 000 Earth
+    searches half of the processor time. Elsewhere, and with other versions of JAX, it is `function` itself.
+    """
+    if jax.default_backend() != "cpu" or jax.__version_info__[:2] != TRIED:
+        return function
+    marks = {"xla_cpu_small_call": "true", "inlineable": "false"}
+    inner = jax.jit(function)
+    return lambda *args, **kwargs: cast(R, set_xla_metadata(inner(*args, **kwargs), **marks))

@@ -1,0 +1,31 @@
+"""A program in one function gives what it gives otherwise."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from jaxsat.math.one_function import TRIED, in_one_function
+
+
+def turns(angle, start):
+    """A vector turned a thousand times by an angle."""
+    c, s = jnp.cos(angle), jnp.sin(angle)
+
+    def step(v, _):
+        x, y = v
+        return (c * x - s * y, s * x + c * y), None
+
+    return jax.lax.scan(step, start, length=1000)[0]
+
+
+def test_the_result_is_that_of_the_closed_form():
+    angle = jnp.linspace(0.0, 0.01, 7)
+    x, y = jax.jit(in_one_function(turns))(angle, (jnp.ones(7), jnp.zeros(7)))
+    np.testing.assert_allclose(x, np.cos(1000.0 * angle), atol=1e-12)
+    np.testing.assert_allclose(y, np.sin(1000.0 * angle), atol=1e-12)
+
+
+def test_only_versions_that_were_tried_are_told(monkeypatch):
+    assert len(TRIED) == 2
+    monkeypatch.setattr("jaxsat.math.one_function.TRIED", (0, 0))
+    assert in_one_function(turns) is turns
