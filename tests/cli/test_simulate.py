@@ -97,6 +97,7 @@ def test_panels_of_any_outline_see_what_the_box_sees(session):
     given = {"simulate__panel_corners_m": [corners, triangle], "simulate__panel_density_mA_m2": density}
     config = load_config(overrides=settings(**given))
     panels = configured_panels(config, None)
+    assert panels is not None
     found = panel_columns(panels, session.truth, config)
     # The triangle is an eighth of its face.
     for number, face, share in ((1, 0, 1.0), (2, 4, 0.125)):

@@ -109,12 +109,11 @@ def test_the_short_way_to_the_chord_is_the_exact_one(disk_deg):
 
 
 def test_two_halves_are_two_bands():
-    edges = jnp.asarray(np.sort(np.random.default_rng(2).uniform(-1.0, 1.0, (3, 50)), axis=0))
+    low, middle, high = jnp.asarray(np.sort(np.random.default_rng(2).uniform(-1.0, 1.0, (3, 50)), axis=0))
     outer, inner = jnp.linspace(25.0, 60.0, 50), jnp.linspace(60.0, 40.0, 50)
-    bands = band_harmonics(edges[0], edges[1], outer), band_harmonics(edges[1], edges[2], inner)
-    np.testing.assert_allclose(
-        jnp.stack(halved_harmonics(*edges, outer, inner)), sum(map(jnp.stack, bands)), atol=1e-12
-    )
+    bands = band_harmonics(low, middle, outer), band_harmonics(middle, high, inner)
+    found = jnp.stack(halved_harmonics(low, middle, high, outer, inner))
+    np.testing.assert_allclose(found, sum(map(jnp.stack, bands)), atol=1e-12)
 
 
 def test_presence_is_signalled_to_the_published_offsets():
