@@ -1,4 +1,4 @@
-/* sources sha256 bc04b10e8965deab8cb6c4b438588bd5db6fad0d97472294bc09a6756a91985e
+/* sources sha256 c19c667f31f61c43cf519fc974ab94b55ff67ab7e933d9a00bb12666ed3d7dd5
 
 page.bundle.js holds the script of jaxsat's reports (licence of jaxsat, in page/) and parts of two packages.
 The land's outline in it is that of Natural Earth, 1:110m, public domain.

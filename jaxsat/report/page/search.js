@@ -76,7 +76,7 @@ function step({ samples, sensors }, i) {
   const found = samples.direction[i].flatMap((way, axis) => (way ? [sensors[axis + (way > 0 ? 0 : 2)].name] : []));
   if (!found.length) return "Steps 2 to 4, approach: both axes done, waits for all four signals.";
   const until = samples.direction[i].flatMap((way, axis) => (way ? [sensors[axis + (way > 0 ? 2 : 0)].name] : []));
-  return `Steps ${found.length > 1 ? "2 to 4" : "2 and 3"}, approach: z moves toward ${found.join(" and ")} until ${until.join(" and ")} signals.`;
+  return `Steps ${found.length > 1 ? "2 to 4" : "2 and 3"}, approach: z moves toward ${found.join(" and ")} until ${until.join(" and ")} ${until.length > 1 ? "signal" : "signals"}.`;
 }
 
 function legend({ sensors, moon, sun }) {
