@@ -24,3 +24,22 @@ def in_one_function(function: Callable[P, R]) -> Callable[P, R]:
     marks = {"xla_cpu_small_call": "true", "inlineable": "false"}
     inner = jax.jit(function)
     return lambda *args, **kwargs: cast(R, set_xla_metadata(inner(*args, **kwargs), **marks))
+
+
+def first_that_compiles(first: Callable[P, R], other: Callable[P, R]) -> Callable[P, R]:
+    """`first`, or `other` from then on where XLA says that it cannot compile it for this processor."""
+    chosen = first
+
+    def run(*args: P.args, **kwargs: P.kwargs) -> R:
+        nonlocal chosen
+        if chosen is other:
+            return other(*args, **kwargs)
+        try:
+            return first(*args, **kwargs)
+        except jax.errors.JaxRuntimeError as error:
+            if "UNIMPLEMENTED" not in str(error):
+                raise
+            chosen = other
+            return other(*args, **kwargs)
+
+    return run

@@ -141,13 +141,20 @@ def _compiled(settings: "SearchSettings", steps: int, even: bool):
 
     from jaxsat.control.earth_loop import run_cases
     from jaxsat.environment.infrared import random_brightness
-    from jaxsat.math.one_function import in_one_function
+    from jaxsat.math.one_function import first_that_compiles, in_one_function
 
     field = None if even else random_brightness(0)
     # The compiler prefers half of a 512-bit register; narrower processors do not mind.
     wide = {"xla_cpu_prefer_vector_width": 512} if jax.default_backend() == "cpu" else None
-    run = in_one_function(lambda law, cases: run_cases(settings, law, cases, steps, field))
-    return jax.jit(lambda law, cases: outcome(run(law, cases), HELD_PERIODS * settings.period_s), compiler_options=wide)
+
+    def searched(law, cases):
+        return run_cases(settings, law, cases, steps, field)
+
+    def program(run):
+        hold = HELD_PERIODS * settings.period_s
+        return jax.jit(lambda law, cases: outcome(run(law, cases), hold), compiler_options=wide)
+
+    return first_that_compiles(program(in_one_function(searched)), program(searched))
 
 
 def outcome(state: Any, hold_s: float) -> dict[str, Any]:

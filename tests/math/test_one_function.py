@@ -3,8 +3,9 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
-from jaxsat.math.one_function import TRIED, in_one_function
+from jaxsat.math.one_function import TRIED, first_that_compiles, in_one_function
 
 
 def turns(angle, start):
@@ -29,3 +30,22 @@ def test_only_versions_that_were_tried_are_told(monkeypatch):
     assert len(TRIED) == 2
     monkeypatch.setattr("jaxsat.math.one_function.TRIED", (0, 0))
     assert in_one_function(turns) is turns
+
+
+def test_what_this_processor_cannot_compile_is_run_otherwise():
+    tried = []
+
+    def refused(x):
+        tried.append(x)
+        raise jax.errors.JaxRuntimeError("UNIMPLEMENTED: Fusion kind not implemented on CPU")
+
+    run = first_that_compiles(refused, lambda x: x + 1)
+    assert [run(1), run(2)] == [2, 3] and tried == [1]
+
+
+def test_other_failures_are_not_hidden():
+    def full(x):
+        raise jax.errors.JaxRuntimeError("RESOURCE_EXHAUSTED: out of memory")
+
+    with pytest.raises(jax.errors.JaxRuntimeError, match="out of memory"):
+        first_that_compiles(full, lambda x: x)(1)
