@@ -45,11 +45,13 @@ def simulate(
     The step is tried from the motion's rate, checked by a second run with longer steps, and shortened until the two
     agree; `error` of the result is their difference. The method is the Runge-Kutta one of `tableau`; by default Adams
     of order 12 where all torques are smooth, else Dormand-Prince 8. To differentiate, go over the grid of the result
-    with `simulate_on_grid`. Raises ValueError where the times are not monotonic, where the motion is not finite, and
+    with `simulate_on_grid`. Raises ValueError where the times are not monotonic, state or motion is not finite, and
     where no step holds the tolerance: it is below rounding, or the motion has kinks that no step resolves.
     """
     if not 0.0 < tolerance < 1.0:
         raise ValueError(f"simulate: tolerance must be between 0 and 1 rad, got {tolerance}")
+    if not all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(initial)):
+        raise ValueError("simulate: the initial state is not finite")
     times = np.asarray(times, float)
     if tableau is None and not all(torque.smooth for torque in torques):
         tableau = DORMAND_PRINCE_8

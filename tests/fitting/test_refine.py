@@ -140,11 +140,3 @@ def test_a_minimum_that_is_not_reached_gets_more_rounds(limited, refined, monkey
     assert len(rounds) == 1 + MORE_ROUNDS + len(LIKELIHOODS["mixture"]) + MORE_ROUNDS
     last = rounds[-1 - MORE_ROUNDS :]
     assert last == sorted(last, reverse=True) and last[-1] < last[0]
-
-
-def test_solvers_by_name_meet(limited, refined):
-    result = limited.refine(solver="lbfgs")
-    sigma = np.sqrt(np.diagonal(np.linalg.inv(refined.points.hessian[0])))[6:]
-    off = np.abs(result.points.x[0, 6:] - refined.points.x[0, 6:]) / sigma
-    assert off.max() < 0.5
-    np.testing.assert_array_equal(result.limited[0], refined.limited[0])

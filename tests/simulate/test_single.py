@@ -184,7 +184,7 @@ def test_state_that_is_not_finite_is_refused(broken):
     initial = eqx.tree_at(
         lambda s: getattr(s, broken), START, jnp.asarray(np.full(3 + (broken == "quaternion"), np.nan))
     )
-    with pytest.raises(ValueError):
+    with pytest.raises(ValueError, match="initial state is not finite"):
         simulate(CRAFT, initial, surroundings, TIMES, tolerance=1e-4)
 
 
