@@ -93,9 +93,9 @@ def published_sample() -> list[dict]:
 
 def session_samples(session: str):
     """Prepared session, its samples for the local methods, and the truth."""
-    from jaxsat.cli.config import load_config
-    from jaxsat.cli.local import local_samples
-    from jaxsat.cli.session import BUNDLED, prepare_session
+    from jaxsat.cli.local.command import local_samples
+    from jaxsat.cli.session.prepared import BUNDLED, prepare_session
+    from jaxsat.cli.settings.files import load_config
 
     path = BUNDLED.parent / f"{FILES[session]}.RAW_SUN"
     truth = json.loads(path.with_suffix(".truth.json").read_text())
@@ -142,7 +142,7 @@ def table(samples, truth, times) -> list[dict]:
 
 def all_methods(prepared, observed, samples, truth) -> dict:
     """Errors over the session of each method, of its best attitude and of the nearest that it lists."""
-    from jaxsat.cli.local import solve
+    from jaxsat.cli.local.command import solve
 
     result = {}
     for method in ("field-roll", "five-parameter", "sun-field"):
@@ -196,7 +196,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("out/local-method"))
     arguments = parser.parse_args()
 
-    from jaxsat.cli.numerics import set_up_jax
+    from jaxsat.cli.shared.numerics import set_up_jax
 
     set_up_jax()
     pair = published_sample()
@@ -233,7 +233,7 @@ def main() -> None:
         "table": rows,
         "methods": methods,
     }
-    from jaxsat.cli.output import json_text, plain
+    from jaxsat.cli.shared.output import json_text, plain
 
     (arguments.out / "local_method.json").write_text(json_text(plain(report)[0]))
     picture(rows, methods, observed.t, truth, FILES[arguments.session], arguments.out / "local_method.png")

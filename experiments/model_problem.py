@@ -1,7 +1,7 @@
 """The model problem of Penkov et al. 2009: the k that makes I(k) = int_1^100 (sin t - sin kt)^2 dt least, from any k0.
 
 The answer is k = 1. Between side minima, at 0.92277 and 1.07684 the nearest, a local method finds it only from within
-about +-0.045; with the interval's end growing by the rule of `fitting.solvers.schedule` it is found from everywhere.
+about +-0.045; with the interval's end growing by the rule of `fitting.starts.schedule` it is found from everywhere.
 
     .venv/bin/python experiments/model_problem.py --out model-problem
 """
@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from fitting.solvers.least_squares import FIRST_DAMPING, GROW, SHRINK
-from fitting.solvers.schedule import FIRST_ARC_LIT, arc_schedule
+from fitting.starts.schedule import FIRST_ARC_LIT, arc_schedule
 
 BEGIN, END = 1.0, 100.0
 FIRST_END = 1.6

@@ -114,7 +114,7 @@ def settings_at_truth(truth: dict, free: str, *, blind: bool) -> dict[str, objec
 
     Where magnet and inertia are both free the common scale is the truth's |magnet|; `blind` gives nothing away but it.
     """
-    from fitting.names import parse_free
+    from fitting.parameters.names import parse_free
 
     cfg = truth["cfg"]
     names = parse_free(free)
@@ -168,10 +168,10 @@ def bound_of(name: str, bounds: dict) -> float | None:
 
 def run(session: str, free: str, bounds: dict) -> dict:
     """One fit, compared with its truth."""
-    from fitting.fit import fit
-    from jaxsat.cli.config import load_config
-    from jaxsat.cli.inputs import fit_settings, nominal, observations
-    from jaxsat.cli.session import BUNDLED, prepare_session
+    from fitting.estimate import fit
+    from jaxsat.cli.session.inputs import fit_settings, nominal, observations
+    from jaxsat.cli.session.prepared import BUNDLED, prepare_session
+    from jaxsat.cli.settings.files import load_config
 
     path = BUNDLED.parent / f"{FILES[session]}.RAW_SUN"
     truth = json.loads(path.with_suffix(".truth.json").read_text())

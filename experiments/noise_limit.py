@@ -24,13 +24,13 @@ def main() -> None:
     arguments = parser.parse_args()
     jax.config.update("jax_enable_x64", True)
 
-    from fitting.names import parse_free
-    from fitting.observations import build_problem
-    from fitting.parameters import PriorSigma, parametrization
-    from fitting.problem import RATE_UNIT, predict
-    from jaxsat.cli.config import load_config
-    from jaxsat.cli.inputs import fit_settings, nominal, observations
-    from jaxsat.cli.session import BUNDLED, prepare_session
+    from fitting.measurements.observations import build_problem
+    from fitting.measurements.problem import RATE_UNIT, predict
+    from fitting.parameters.names import parse_free
+    from fitting.parameters.parametrization import PriorSigma, parametrization
+    from jaxsat.cli.session.inputs import fit_settings, nominal, observations
+    from jaxsat.cli.session.prepared import BUNDLED, prepare_session
+    from jaxsat.cli.settings.files import load_config
     from jaxsat.integrators import BLOCK
 
     path = BUNDLED.parent / f"{FILES[arguments.session]}.RAW_SUN"

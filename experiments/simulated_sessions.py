@@ -86,8 +86,8 @@ def main() -> None:
     arguments = parser.parse_args()
     jax.config.update("jax_enable_x64", True)
 
-    from jaxsat.cli.config import load_config
-    from jaxsat.cli.simulate_run import make_session
+    from jaxsat.cli.settings.files import load_config
+    from jaxsat.cli.simulate.run import make_session
 
     results = {}
     for name in SESSIONS:

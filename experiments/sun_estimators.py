@@ -59,8 +59,7 @@ def session(rate_deg_s: tuple[float, float], readings: dict, seed: int):
 @jax.jit
 def estimates(gyro, currents, alive, settings):
     """Directions by the three estimators and whether a face was lit, of [sample, case, ...]."""
-    from jaxsat.sensors import (
-        PyramidSunSensor,
+    from jaxsat.estimation import (
         blank_filter,
         blank_track,
         carried,
@@ -70,6 +69,7 @@ def estimates(gyro, currents, alive, settings):
         published_direction,
         sun_candidates,
     )
+    from jaxsat.sensors import PyramidSunSensor
 
     sensor = PyramidSunSensor()
     sigma, gain, threshold, tolerance, gyro_sigma, share = settings

@@ -51,7 +51,8 @@ def errors_deg(found, angle_deg, azimuth_deg):
 @jax.jit
 @jax.vmap
 def published(sun):
-    from jaxsat.sensors import PyramidSunSensor, face_currents, published_direction
+    from jaxsat.estimation import published_direction
+    from jaxsat.sensors import PyramidSunSensor, face_currents
 
     sensor = PyramidSunSensor()
     reading = published_direction(sensor, face_currents(sensor, sun))
@@ -61,7 +62,8 @@ def published(sun):
 @jax.jit
 def tracked(turn, suns):
     """Best directions along Suns of [sample, case, 3], the instrument turning by `turn` each sample."""
-    from jaxsat.sensors import PyramidSunSensor, blank_track, carried, face_currents, followed, sun_candidates
+    from jaxsat.estimation import blank_track, carried, followed, sun_candidates
+    from jaxsat.sensors import PyramidSunSensor, face_currents
 
     sensor = PyramidSunSensor()
 
@@ -89,7 +91,8 @@ def both_errors_deg(angle_deg, azimuth_deg):
 @jax.jit
 def kinds_of(sun, dead):
     """Index into `KINDS`: what one sample says, for each Sun, with all faces or, where `dead`, one less."""
-    from jaxsat.sensors import PyramidSunSensor, face_currents, sun_candidates
+    from jaxsat.estimation import sun_candidates
+    from jaxsat.sensors import PyramidSunSensor, face_currents
 
     sensor, alive = PyramidSunSensor(), (jnp.arange(4) != DEAD_FACE) | ~dead
 

@@ -1,1 +1,1 @@
-"""Identification: attitude and satellite parameters by `fitting.fit.fit`, orbits by `fitting.orbit_fit.fit_orbit`."""
+"""Identification: attitude and satellite parameters by `fitting.estimate`, orbits by `fitting.orbit`."""

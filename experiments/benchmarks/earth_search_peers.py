@@ -24,7 +24,7 @@ PLAIN = {"brightness": "even", "moon": "no", "sun": "none"}
 
 def timed_sweep(options: dict[str, str]) -> tuple[float, float, dict[str, np.ndarray]]:
     """Least wall and processor time [s] of the repeats, nothing compiled in them, and the metrics of all cases."""
-    from jaxsat.sweep import earth_search
+    from jaxsat.sweep.scenarios import earth_search
 
     scenario = earth_search.make(options)
     chunks = np.split(np.arange(CASES), CASES // scenario.chunk)
@@ -41,10 +41,10 @@ def timed_sweep(options: dict[str, str]) -> tuple[float, float, dict[str, np.nda
 
 def peer() -> tuple[float, np.ndarray]:
     """Time [s] of the cases in numba, on one core, and first capture, last capture and mode of each."""
-    from earth_search_numba import all_cases
+    from models.earth_search_numba import all_cases
 
-    from jaxsat.control.earth_craft import search_craft, search_law
-    from jaxsat.control.earth_draw import SearchDraw, draw_cases
+    from jaxsat.control.earth_search.draw import SearchDraw, draw_cases
+    from jaxsat.control.earth_search.vehicle import search_craft, search_law
     from jaxsat.sweep import case_keys
 
     cases = draw_cases(SearchDraw(even=True), case_keys(SEED, np.arange(PEER_CASES)))
@@ -70,7 +70,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("earth-peers.json"))
     arguments = parser.parse_args()
 
-    from jaxsat.cli.numerics import set_up_jax
+    from jaxsat.cli.shared.numerics import set_up_jax
 
     set_up_jax()
     peer_s, theirs = peer()

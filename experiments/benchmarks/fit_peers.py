@@ -14,26 +14,25 @@ from pathlib import Path
 from typing import Any
 
 import equinox as eqx
-import fit_peer_model
-import fit_peer_numba
 import jax
 import jax.numpy as jnp
 import numpy as np
-from attitude_job import timed
+from models import fit_peer_model, fit_peer_numba
+from models.attitude_job import timed
 from scipy.optimize import least_squares
 
-from fitting.observations import build_problem
-from fitting.parameters import parametrization
-from fitting.problem import RATE_UNIT
-from fitting.refine import PLAIN
+from fitting.measurements.observations import build_problem
+from fitting.measurements.problem import RATE_UNIT
+from fitting.parameters.parametrization import parametrization
 from fitting.solvers.descent import adam, lbfgs
 from fitting.solvers.least_squares import levenberg_marquardt
-from fitting.solvers.multi_start import Stage, Starts, _settings, advance, grow, solve
-from fitting.solvers.schedule import arc_schedule
-from fitting.starts import random_starts
-from jaxsat.cli.config import load_config
-from jaxsat.cli.inputs import fit_settings, nominal, observations
-from jaxsat.cli.session import BUNDLED, prepare_session
+from fitting.solvers.refine import PLAIN
+from fitting.starts.first_guesses import random_starts
+from fitting.starts.multi_start import Stage, Starts, _settings, advance, grow, solve
+from fitting.starts.schedule import arc_schedule
+from jaxsat.cli.session.inputs import fit_settings, nominal, observations
+from jaxsat.cli.session.prepared import BUNDLED, prepare_session
+from jaxsat.cli.settings.files import load_config
 from jaxsat.integrators import RK4, step_for
 
 FINE_STEP = 16.0

@@ -18,9 +18,8 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-import peers_heyoka
-import peers_numba
-from attitude_job import (
+from models import peers_heyoka, peers_numba
+from models.attitude_job import (
     DIPOLE,
     EARTH_RADIUS,
     EARTH_RATE,

@@ -19,7 +19,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("out/munin-suite.json"))
     arguments = parser.parse_args()
 
-    from jaxsat.cli.numerics import set_up_jax
+    from jaxsat.cli.shared.numerics import set_up_jax
 
     set_up_jax()
     jobs = local_programs(arguments.samples) | other_programs(arguments.samples)
@@ -47,8 +47,8 @@ def local_programs(count: int) -> dict:
     from fitting.local.shares import mirror_earth
     from fitting.local.sun_and_field import sun_and_field_attitude
     from fitting.local.turn import turned_sample
-    from fitting.local.vectors import weighted_attitude
     from jaxsat.environment import LightTable
+    from jaxsat.estimation.vectors import weighted_attitude
     from jaxsat.math import quaternion
     from jaxsat.sensors import Albedo, panel_currents
     from jaxsat.spacecraft import SolarPanels, box_normals
@@ -108,10 +108,10 @@ def other_programs(count: int) -> dict:
     import jax
     import jax.numpy as jnp
 
-    from fitting.orbit_fit import fit_without_doubtful, states
-    from jaxsat.cli.config import load_config
-    from jaxsat.cli.simulate_files import write_simulation
-    from jaxsat.cli.simulate_run import make_session
+    from fitting.orbit.orbit_fit import fit_without_doubtful, states
+    from jaxsat.cli.settings.files import load_config
+    from jaxsat.cli.simulate.files import write_simulation
+    from jaxsat.cli.simulate.run import make_session
     from jaxsat.environment import KeplerOrbit, ephemeris
     from jaxsat.sensors import mirror_currents, polygon_panels
     from jaxsat.time import Epoch

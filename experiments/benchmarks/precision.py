@@ -10,8 +10,8 @@ from pathlib import Path
 import jax
 import jax.numpy as jnp
 import numpy as np
-from attitude_job import Array, Job, error_of_each, timed
 from integrators import in_dtype, spacecraft, states, surroundings
+from models.attitude_job import Array, Job, error_of_each, timed
 
 from jaxsat.simulate import simulate_many
 from jaxsat.torques import GravityGradient, PermanentMagnet

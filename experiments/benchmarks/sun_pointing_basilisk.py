@@ -39,7 +39,7 @@ def basilisk(*job, workers: int, repeats: int) -> tuple[float, float, np.ndarray
 
     For a process of its own. `job` is what `sun_pointing_bsk.run` takes, from quaternions to thruster.
     """
-    import sun_pointing_bsk
+    from models import sun_pointing_bsk
 
     # A spawned process would spawn: then the controller imports Basilisk anew for every two cases.
     multiprocessing.set_start_method("fork", force=True)
@@ -56,14 +56,21 @@ def main() -> None:
     if importlib.util.find_spec("Basilisk") is None:
         sys.exit("Basilisk is not installed: pip install -e '.[basilisk]'")
 
-    from jaxsat.cli.numerics import set_up_jax
+    from jaxsat.cli.shared.numerics import set_up_jax
 
     set_up_jax()
-    from sun_pointing_ours import timed_sweep
+    from models.sun_pointing_ours import timed_sweep
 
-    from jaxsat.control.sun_draw import Dispersions, draw_cases
-    from jaxsat.control.sun_vehicle import BODY_FROM_INSTRUMENT, INERTIA_KG_M2, LEVER_M, MIN_PULSE_S, TORQUE_N_M
-    from jaxsat.sweep import case_keys, sun_pointing
+    from jaxsat.control.sun_pointing.draw import Dispersions, draw_cases
+    from jaxsat.control.sun_pointing.vehicle import (
+        BODY_FROM_INSTRUMENT,
+        INERTIA_KG_M2,
+        LEVER_M,
+        MIN_PULSE_S,
+        TORQUE_N_M,
+    )
+    from jaxsat.sweep import case_keys
+    from jaxsat.sweep.scenarios import sun_pointing
 
     drawn = draw_cases(Dispersions(), case_keys(SEED, np.arange(CASES)))
     starts = (np.asarray(drawn.quaternion), np.asarray(drawn.angular_velocity))

@@ -22,16 +22,17 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("sun-peers.json"))
     arguments = parser.parse_args()
 
-    from jaxsat.cli.numerics import set_up_jax
+    from jaxsat.cli.shared.numerics import set_up_jax
 
     set_up_jax()
-    from sun_pointing_numba import all_cases
-    from sun_pointing_ours import timed_sweep
+    from models.sun_pointing_numba import all_cases
+    from models.sun_pointing_ours import timed_sweep
 
-    from jaxsat.control.sun_draw import Dispersions, draw_cases
-    from jaxsat.control.sun_pointing import SunPointingLaw
-    from jaxsat.control.sun_vehicle import INERTIA_KG_M2, LEVER_M, MIN_PULSE_S, TORQUE_N_M
-    from jaxsat.sweep import case_keys, sun_pointing
+    from jaxsat.control.sun_pointing.draw import Dispersions, draw_cases
+    from jaxsat.control.sun_pointing.law import SunPointingLaw
+    from jaxsat.control.sun_pointing.vehicle import INERTIA_KG_M2, LEVER_M, MIN_PULSE_S, TORQUE_N_M
+    from jaxsat.sweep import case_keys
+    from jaxsat.sweep.scenarios import sun_pointing
 
     law = SunPointingLaw()
     names = ("attitude_gain", "rate_gain", "slew_rate", "search_rate", "search_turn", "damped_rate", "rate_dead_band")

@@ -1,7 +1,8 @@
 """Figures 9 to 29 of Penkov et al. 2009: the paper's way and ours on the same synthetic currents, with no first guess.
 
 The currents hold 50 % of mirrored light and no noise, as the paper's do (`--noise` adds it). Its way has no albedo in
-the model and adaptive weights (`fitting.adaptive`); ours frees the albedo and estimates which samples were limited.
+the model and adaptive weights (`fitting.solvers.adaptive`); ours frees the albedo and estimates which samples were
+limited.
 
     .venv/bin/python experiments/blind/paper_figures.py --out munin-paper
 """
@@ -20,11 +21,11 @@ from rich.progress import track
 from scipy.spatial.transform import Rotation
 from surroundings import apparent_sun, greenwich_angle, kepler, magnetic_field
 
-from fitting.fit import fit
-from fitting.observations import Observations
-from fitting.result import FitResult
-from jaxsat.cli.config import load_config
-from jaxsat.cli.inputs import fit_settings, nominal
+from fitting.estimate import fit
+from fitting.measurements.observations import Observations
+from fitting.outcome.result import FitResult
+from jaxsat.cli.session.inputs import fit_settings, nominal
+from jaxsat.cli.settings.files import load_config
 from jaxsat.constants import EARTH_MU, EARTH_RADIUS_MEAN, EARTH_ROTATION_RATE
 from jaxsat.environment import igrf_field, orbit_from_elements_km_deg
 from jaxsat.plotting.style import INK, dress, new_figure

@@ -9,18 +9,18 @@ from typing import Any
 import numpy as np
 from generate import MAX_SPIN_DEG_S, regime_of, session_file
 
-from fitting.fit import FINE_TOLERANCE, FitSettings
-from fitting.names import DYNAMIC, GAINS, MAGNET, MODEL, TILTS, TO_UNIT
-from fitting.observations import Observations, build_problem
-from fitting.parameters import Nominal, parametrization
-from fitting.problem import RATE_UNIT, Problem
-from fitting.refine import refine
-from fitting.result import FitResult
-from fitting.solvers.multi_start import Starts
-from fitting.summary import summarize
-from jaxsat.cli.config import load_config
-from jaxsat.cli.inputs import fit_settings, nominal, observations
-from jaxsat.cli.session import prepare_session
+from fitting.estimate import FINE_TOLERANCE, FitSettings
+from fitting.measurements.observations import Observations, build_problem
+from fitting.measurements.problem import RATE_UNIT, Problem
+from fitting.outcome.result import FitResult
+from fitting.outcome.summary import summarize
+from fitting.parameters.names import DYNAMIC, GAINS, MAGNET, MODEL, TILTS, TO_UNIT
+from fitting.parameters.parametrization import Nominal, parametrization
+from fitting.solvers.refine import refine
+from fitting.starts.multi_start import Starts
+from jaxsat.cli.session.inputs import fit_settings, nominal, observations
+from jaxsat.cli.session.prepared import prepare_session
+from jaxsat.cli.settings.files import load_config
 from jaxsat.integrators import RK4, step_for
 
 EVERYTHING = "magnet,rods,imax,inertia,albedo"

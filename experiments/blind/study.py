@@ -28,7 +28,7 @@ def run(number: int, cache: Path, *, hard: bool) -> dict[str, Any]:
     # JAX is set up before anything of it is imported.
     from session import blind_session, compare, fit_from_truth, truncated_cost
 
-    from fitting.fit import fit
+    from fitting.estimate import fit
     from jaxsat.errors import InputError
 
     session = blind_session(number, cache, hard=hard)
@@ -92,7 +92,7 @@ def main() -> None:
     parser.add_argument("--cache", type=Path, default=Path("blind-sessions"), help="directory of the sessions")
     arguments = parser.parse_args()
 
-    from jaxsat.cli.numerics import set_up_jax
+    from jaxsat.cli.shared.numerics import set_up_jax
 
     set_up_jax()
     columns = (TextColumn("{task.description}"), BarColumn(24), MofNCompleteColumn(), TimeElapsedColumn())

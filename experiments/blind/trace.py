@@ -22,14 +22,14 @@ def trace(number: int, cache: Path, *, hard: bool, seed: int = 0, starts: int = 
     import jax.numpy as jnp
     from session import blind_session, problem_of, step_s, true_start
 
-    from fitting.fit import COARSE_TOLERANCE
-    from fitting.names import STATE
-    from fitting.parameters import parametrization
-    from fitting.problem import RATE_UNIT
-    from fitting.solvers.multi_start import HOPELESS, Starts, advance, distinct
-    from fitting.solvers.schedule import arc_schedule
-    from fitting.starts import filled_in, first_guesses, first_unknowns, silent_panels
-    from fitting.stretches import longest_stretch
+    from fitting.estimate import COARSE_TOLERANCE
+    from fitting.measurements.problem import RATE_UNIT
+    from fitting.parameters.names import STATE
+    from fitting.parameters.parametrization import parametrization
+    from fitting.starts.first_guesses import filled_in, first_guesses, first_unknowns, silent_panels
+    from fitting.starts.multi_start import HOPELESS, Starts, advance, distinct
+    from fitting.starts.schedule import arc_schedule
+    from fitting.starts.stretches import longest_stretch
 
     session = blind_session(number, cache, hard=hard)
     max_rate = np.radians(session.settings.max_rate_deg_s)
@@ -89,7 +89,7 @@ def main() -> None:
     parser.add_argument("--cache", type=Path, default=Path("blind-sessions"), help="directory of the sessions")
     arguments = parser.parse_args()
 
-    from jaxsat.cli.numerics import set_up_jax
+    from jaxsat.cli.shared.numerics import set_up_jax
 
     set_up_jax()
     for number in arguments.numbers:

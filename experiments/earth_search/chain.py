@@ -100,8 +100,8 @@ def pointing_errors(altitude_km: float, offset_deg: float, draws: int = DRAWS) -
     """
     import jax.numpy as jnp
 
-    from jaxsat.control.earth_sensing import ground
-    from jaxsat.environment.infrared import random_brightness
+    from jaxsat.control.earth_search.sensing import ground
+    from jaxsat.environment.albedo.infrared import random_brightness
     from jaxsat.sensors.horizon_sensor import (
         HorizonSensor,
         band_harmonics,
@@ -162,7 +162,7 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=DRAWS, help="of the brightness at each altitude and offset")
     arguments = parser.parse_args()
 
-    from jaxsat.cli.numerics import set_up_jax
+    from jaxsat.cli.shared.numerics import set_up_jax
 
     set_up_jax()
     found = chain()

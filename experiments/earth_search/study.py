@@ -42,7 +42,7 @@ CONDITIONS: dict[str, dict[str, str]] = {
 
 def study(options: dict[str, str], cases: int, seed: int) -> tuple[dict, np.ndarray]:
     """Counts and percentiles of one condition, and its search times [s], inf where the Earth was not found."""
-    from jaxsat.sweep import earth_search
+    from jaxsat.sweep.scenarios import earth_search
 
     scenario = earth_search.make(options)
     chunks = np.split(np.arange(-(-cases // scenario.chunk) * scenario.chunk), -(-cases // scenario.chunk))
@@ -100,7 +100,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("out/earth-study"), help="directory of the results")
     arguments = parser.parse_args()
 
-    from jaxsat.cli.numerics import set_up_jax
+    from jaxsat.cli.shared.numerics import set_up_jax
 
     set_up_jax()
     arguments.out.mkdir(parents=True, exist_ok=True)

@@ -1,8 +1,8 @@
 """What each assumption about the emergency mode does to its results (Somov 2018 leaves them open).
 
-The list of assumptions stands in `jaxsat.control.emergency_vehicle`. One at a time is changed: the transition of four
-orbits, then a month of gravity alone and one with the pressure of sunlight. Before it, the sizes of the torques, of
-those left out too, by orders of magnitude. Prints both tables and writes them as JSON.
+The list of assumptions stands in `jaxsat.control.emergency_mode.vehicle`. One at a time is changed: the transition of
+four orbits, then a month of gravity alone and one with the pressure of sunlight. Before it, the sizes of the torques,
+of those left out too, by orders of magnitude. Prints both tables and writes them as JSON.
 
     .venv/bin/python experiments/emergency_mode/assumptions.py --days 28 --out out/emergency-assumptions
 """
@@ -20,9 +20,9 @@ import jax.numpy as jnp
 import numpy as np
 
 if TYPE_CHECKING:
-    from jaxsat.control.emergency_law import EmergencyLaw
-    from jaxsat.control.emergency_orbit import Flight
-    from jaxsat.control.emergency_vehicle import EmergencyVehicle
+    from jaxsat.control.emergency_mode.law import EmergencyLaw
+    from jaxsat.control.emergency_mode.orbit import Flight
+    from jaxsat.control.emergency_mode.vehicle import EmergencyVehicle
     from jaxsat.control.rotating_panels import PanelAngle
 
 OFF_DEG, ORBITS = 11.0, 4
@@ -42,12 +42,12 @@ def main() -> None:
         parser.error(f"--days must be from 2 to 366, got {arguments.days:g}")
     arguments.out.mkdir(parents=True, exist_ok=True)
 
-    from jaxsat.cli.numerics import set_up_jax
+    from jaxsat.cli.shared.numerics import set_up_jax
 
     set_up_jax()
-    from jaxsat.control.emergency_law import EmergencyLaw
-    from jaxsat.control.emergency_orbit import SunFollowing, fly
-    from jaxsat.control.emergency_vehicle import BUS_MIRROR, PRESSURE_CENTRE_M, nominal_vehicle, outer_surface
+    from jaxsat.control.emergency_mode.law import EmergencyLaw
+    from jaxsat.control.emergency_mode.orbit import SunFollowing, fly
+    from jaxsat.control.emergency_mode.vehicle import BUS_MIRROR, PRESSURE_CENTRE_M, nominal_vehicle, outer_surface
 
     sizes = torques()
     for name, (value, modelled) in sizes.items():
@@ -135,11 +135,11 @@ class Study:
         return self.known | {"pressure_deg": float(daily.max()), "growth_deg_day": growth}
 
     def _transition(self, case: Case, vehicle: "EmergencyVehicle") -> dict[str, float]:
-        from jaxsat.control.emergency_loop import ALWAYS_ON, first_state
-        from jaxsat.control.emergency_orbit import leg, orbital_period
-        from jaxsat.control.emergency_runs import run_leg
-        from jaxsat.control.emergency_start import transition_start
-        from jaxsat.control.emergency_vehicle import CONTROL_PERIOD_S
+        from jaxsat.control.emergency_mode.cases import run_leg
+        from jaxsat.control.emergency_mode.loop import ALWAYS_ON, first_state
+        from jaxsat.control.emergency_mode.orbit import leg, orbital_period
+        from jaxsat.control.emergency_mode.start import transition_start
+        from jaxsat.control.emergency_mode.vehicle import CONTROL_PERIOD_S
 
         self.simulate = self.simulate or eqx.filter_jit(run_leg)
         orbit = round(orbital_period(case.flight) / CONTROL_PERIOD_S)
@@ -157,8 +157,8 @@ class Study:
 
     def _daily(self, case: Case, vehicle: "EmergencyVehicle") -> np.ndarray:
         """Largest angle of each day without control [deg]."""
-        from jaxsat.control.emergency_loop import ALWAYS_OFF
-        from jaxsat.control.emergency_runs import run_years
+        from jaxsat.control.emergency_mode.cases import run_years
+        from jaxsat.control.emergency_mode.loop import ALWAYS_OFF
 
         state, first = self.settled
         periods = int(self.days * 5400)
@@ -174,7 +174,7 @@ def angle_deg(samples) -> np.ndarray:
 def torques() -> dict[str, tuple[float, bool]]:
     """Sizes [N m], and whether they are modelled."""
     from jaxsat.constants import AU, EARTH_EQUATORIAL_RADIUS, EARTH_MU
-    from jaxsat.control.emergency_vehicle import BODY_M, HEIGHT_KM, INERTIA_KG_M2, PRESSURE_CENTRE_M, outer_surface
+    from jaxsat.control.emergency_mode.vehicle import BODY_M, HEIGHT_KM, INERTIA_KG_M2, PRESSURE_CENTRE_M, outer_surface
     from jaxsat.environment import MOON_MU, SUN_MU
     from jaxsat.torques import solar_pressure_torque
 

@@ -28,10 +28,10 @@ def main() -> None:
         parser.error(f"--cases must be from 1 to 1000000, got {arguments.cases}")
     arguments.out.mkdir(parents=True, exist_ok=True)
 
-    from jaxsat.cli.numerics import set_up_jax
+    from jaxsat.cli.shared.numerics import set_up_jax
 
     set_up_jax()
-    from jaxsat.sweep import emergency_mode
+    from jaxsat.sweep.scenarios import emergency_mode
 
     report: dict = {"schema": "jaxsat.emergency-basin/1", "spread": SPREAD, "seed": SEED}
     found = {}

@@ -30,7 +30,7 @@ ORBITS, SOFT_DEG, RESIDUAL_WEIGHT_S = 4, 1.0, 20_000.0
 
 def law_of(parameters):
     """The law of a vector of parameters: logarithms, and the pole through a logistic function."""
-    from jaxsat.control.emergency_law import EmergencyLaw
+    from jaxsat.control.emergency_mode.law import EmergencyLaw
 
     attitude, rate, fine, lead = jnp.exp(parameters[:4])
     return EmergencyLaw(attitude, rate, fine, lead, jax.nn.sigmoid(parameters[4]))
@@ -48,13 +48,13 @@ def main() -> None:
     folder = arguments.out
     folder.mkdir(parents=True, exist_ok=True)
 
-    from jaxsat.cli.numerics import set_up_jax
+    from jaxsat.cli.shared.numerics import set_up_jax
 
     set_up_jax()
-    from jaxsat.control.emergency_draw import Dispersions, draw_cases
-    from jaxsat.control.emergency_loop import ALWAYS_ON
-    from jaxsat.control.emergency_orbit import fly, leg, orbital_period
-    from jaxsat.control.emergency_runs import run_leg
+    from jaxsat.control.emergency_mode.cases import run_leg
+    from jaxsat.control.emergency_mode.draw import Dispersions, draw_cases
+    from jaxsat.control.emergency_mode.loop import ALWAYS_ON
+    from jaxsat.control.emergency_mode.orbit import fly, leg, orbital_period
 
     flight = fly(ORBITS * 6000.0 / 86400.0)
     orbit = round(orbital_period(flight) / 16.0)

@@ -56,7 +56,7 @@ def angle_deg(samples) -> np.ndarray:
 
 
 def main() -> None:
-    from jaxsat.control.emergency_vehicle import PRESSURE_CENTRE_M, TURN_ON_DEG
+    from jaxsat.control.emergency_mode.vehicle import PRESSURE_CENTRE_M, TURN_ON_DEG
 
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--days", type=float, default=31.0, help="of the mission after the transition")
@@ -74,15 +74,15 @@ def main() -> None:
     folder = arguments.out
     folder.mkdir(parents=True, exist_ok=True)
 
-    from jaxsat.cli.numerics import set_up_jax
+    from jaxsat.cli.shared.numerics import set_up_jax
 
     set_up_jax()
-    from jaxsat.control.emergency_law import EmergencyLaw
-    from jaxsat.control.emergency_loop import ALWAYS_OFF, ALWAYS_ON, Supervisor, first_state
-    from jaxsat.control.emergency_orbit import SunFollowing, fly, leg, orbital_period
-    from jaxsat.control.emergency_runs import QUIET, run_leg, run_years
-    from jaxsat.control.emergency_start import transition_start
-    from jaxsat.control.emergency_vehicle import CONTROL_PERIOD_S, nominal_vehicle, outer_surface
+    from jaxsat.control.emergency_mode.cases import QUIET, run_leg, run_years
+    from jaxsat.control.emergency_mode.law import EmergencyLaw
+    from jaxsat.control.emergency_mode.loop import ALWAYS_OFF, ALWAYS_ON, Supervisor, first_state
+    from jaxsat.control.emergency_mode.orbit import SunFollowing, fly, leg, orbital_period
+    from jaxsat.control.emergency_mode.start import transition_start
+    from jaxsat.control.emergency_mode.vehicle import CONTROL_PERIOD_S, nominal_vehicle, outer_surface
     from jaxsat.control.magnetic_actuator import actuator_dipole
     from jaxsat.control.rotating_panels import PanelSlew
 

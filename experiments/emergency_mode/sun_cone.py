@@ -56,13 +56,13 @@ def main() -> None:
     folder = parser.parse_args().out
     folder.mkdir(parents=True, exist_ok=True)
 
-    from jaxsat.cli.numerics import set_up_jax
+    from jaxsat.cli.shared.numerics import set_up_jax
 
     set_up_jax()
     import jax
 
-    from jaxsat.control.emergency_orbit import fly
-    from jaxsat.control.emergency_vehicle import START_UTC
+    from jaxsat.control.emergency_mode.orbit import fly
+    from jaxsat.control.emergency_mode.vehicle import START_UTC
     from jaxsat.time import Epoch
 
     rates = {}
@@ -139,7 +139,7 @@ def steady_cone_deg(sun, t_s: np.ndarray) -> np.ndarray:
 
 def cone_deg(sun: np.ndarray, t_s: np.ndarray, node_deg_day: float) -> np.ndarray:
     """Angle of unit vectors [time, 3] from the antinormal of a plane that turns steadily."""
-    from jaxsat.control.emergency_vehicle import INCLINATION_DEG, NODE_DEG
+    from jaxsat.control.emergency_mode.vehicle import INCLINATION_DEG, NODE_DEG
 
     node = np.radians(NODE_DEG + node_deg_day * t_s / 86400.0)
     i = np.radians(INCLINATION_DEG)

@@ -31,7 +31,7 @@ SHOWN = ("settling_time_s", "search_time_s", "slew_time_s", "impulse_N_s", "fina
 
 def study(options: dict[str, str], cases: int, seed: int) -> dict:
     """Counts by status, failing cases, and percentiles of all metrics."""
-    from jaxsat.sweep import sun_pointing
+    from jaxsat.sweep.scenarios import sun_pointing
 
     scenario = sun_pointing.make(options)
     chunks = np.split(np.arange(-(-cases // scenario.chunk) * scenario.chunk), -(-cases // scenario.chunk))
@@ -64,7 +64,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("sun-claim.json"))
     arguments = parser.parse_args()
 
-    from jaxsat.cli.numerics import set_up_jax
+    from jaxsat.cli.shared.numerics import set_up_jax
 
     set_up_jax()
     results = []

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from jaxsat.control.sun_loop import Estimator
+    from jaxsat.control.sun_pointing.loop import Estimator
 
 VIEW_DEG, AZIMUTH_DEG = 88.0, 30.0
 PERIODS = 400
@@ -28,10 +28,10 @@ def slew(estimator: "Estimator"):
     import jax.numpy as jnp
 
     from jaxsat.control.attitude_error import turn_toward
-    from jaxsat.control.sun_cases import Cases, run_one
-    from jaxsat.control.sun_loop import LoopSettings
-    from jaxsat.control.sun_pointing import SunPointingLaw
-    from jaxsat.control.sun_vehicle import BODY_FROM_INSTRUMENT, nominal_vehicle
+    from jaxsat.control.sun_pointing.cases import Cases, run_one
+    from jaxsat.control.sun_pointing.law import SunPointingLaw
+    from jaxsat.control.sun_pointing.loop import LoopSettings
+    from jaxsat.control.sun_pointing.vehicle import BODY_FROM_INSTRUMENT, nominal_vehicle
 
     view, azimuth = np.radians(VIEW_DEG), np.radians(AZIMUTH_DEG)
     sun = np.array([np.cos(view), np.sin(view) * np.cos(azimuth), np.sin(view) * np.sin(azimuth)])
@@ -52,7 +52,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("out/sun-slew"), help="directory of the results")
     arguments = parser.parse_args()
 
-    from jaxsat.cli.numerics import set_up_jax
+    from jaxsat.cli.shared.numerics import set_up_jax
 
     set_up_jax()
     from jaxsat.plotting import png_bytes
@@ -85,7 +85,7 @@ def main() -> None:
             "estimated": azimuth_seen * shown,
         }
         if estimator == "published":
-            from jaxsat.control.sun_vehicle import BODY_FROM_INSTRUMENT
+            from jaxsat.control.sun_pointing.vehicle import BODY_FROM_INSTRUMENT
 
             body = samples.sun_instrument @ BODY_FROM_INSTRUMENT.T
             panels["published: Sun in body axes (figure 22)"] = dict(zip("xyz", body.T, strict=True))

@@ -26,17 +26,17 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("sun-tune.json"))
     arguments = parser.parse_args()
 
-    from jaxsat.cli.numerics import set_up_jax
+    from jaxsat.cli.shared.numerics import set_up_jax
 
     set_up_jax()
     import jax
     import jax.numpy as jnp
 
-    from jaxsat.control.sun_cases import run_cases
-    from jaxsat.control.sun_draw import Dispersions, draw_cases
-    from jaxsat.control.sun_gradient import impulse, scaled, sensitivities, settling_time
-    from jaxsat.control.sun_loop import LoopSettings
-    from jaxsat.control.sun_pointing import SunPointingLaw
+    from jaxsat.control.sun_pointing.cases import run_cases
+    from jaxsat.control.sun_pointing.draw import Dispersions, draw_cases
+    from jaxsat.control.sun_pointing.law import SunPointingLaw
+    from jaxsat.control.sun_pointing.loop import LoopSettings
+    from jaxsat.control.sun_pointing.sensitivity import impulse, scaled, sensitivities, settling_time
     from jaxsat.sweep import case_keys
 
     settings, sun_eci = LoopSettings(), jnp.array([1.0, 0.0, 0.0])

@@ -14,8 +14,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from fitting.local.shares import Limit, LocalFit, bounded_factors, patterns
-from fitting.local.vectors import two_vector_attitude
 from jaxsat.environment import LightTable
+from jaxsat.estimation.vectors import two_vector_attitude
 from jaxsat.math import inverse_3x3, quaternion, unit
 from jaxsat.sensors.solar_panels import Albedo
 from jaxsat.spacecraft import SolarPanels

@@ -5,7 +5,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
-from fitting.local.vectors import rotation_covariance, two_vector_attitude
+from jaxsat.estimation.vectors import rotation_covariance, two_vector_attitude
 from jaxsat.math import angle_between, safe_norm, unit
 
 STATUSES = (

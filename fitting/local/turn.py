@@ -10,8 +10,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from fitting.local.shares import Limit, LocalFit, explained, factors_from_products, patterns
-from fitting.local.vectors import triad
 from jaxsat.environment import LightTable
+from jaxsat.estimation.vectors import triad
 from jaxsat.math import cross, quaternion, unit
 from jaxsat.sensors.solar_panels import Albedo
 from jaxsat.spacecraft import SolarPanels

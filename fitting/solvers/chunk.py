@@ -5,8 +5,8 @@ from collections.abc import Callable
 import jax
 from jaxtyping import Array, Float
 
-from fitting.parameters import Parametrization
-from fitting.problem import Prediction, Problem
+from fitting.measurements.problem import Prediction, Problem
+from fitting.parameters.parametrization import Parametrization
 from fitting.solvers.least_squares import Point, Settings, levenberg_marquardt
 from fitting.stored import Stored, hollow
 

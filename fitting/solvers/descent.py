@@ -17,8 +17,8 @@ import jax.numpy as jnp
 import optax
 from jaxtyping import Array, Bool, Float, Int
 
-from fitting.parameters import Parametrization
-from fitting.problem import Problem
+from fitting.measurements.problem import Problem
+from fitting.parameters.parametrization import Parametrization
 from fitting.solvers.least_squares import (
     FINISHED_DECREMENT,
     TINY_DAMPING,

@@ -10,10 +10,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from fitting.names import STATE
-from fitting.parameters import Parametrization
-from fitting.problem import CURRENTS, PAD_SAMPLES, Prediction, Problem, predict_blocks
-from fitting.solvers.floor import NO_FLOOR, at_floor
+from fitting.measurements.floor import NO_FLOOR, at_floor
+from fitting.measurements.problem import CURRENTS, PAD_SAMPLES, Prediction, Problem, predict_blocks
+from fitting.parameters.names import STATE
+from fitting.parameters.parametrization import Parametrization
 from jaxsat.math import quaternion
 
 LIMB_SCALE = 5.0

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter, validators
 
-from jaxsat.cli.options import whole_number
+from jaxsat.cli.shared.options import whole_number
 from jaxsat.errors import InputError
 
 if TYPE_CHECKING:
@@ -80,9 +80,9 @@ def almanac(
         more, errors = series_columns(epoch, t_s, series, harmonics, columns)
         columns |= more
 
-    from jaxsat.cli.output import plain, write_columns_csv, write_json
-    from jaxsat.cli.staging import staged_directory
-    from jaxsat.cli.tables import show
+    from jaxsat.cli.shared.output import plain, write_columns_csv, write_json
+    from jaxsat.cli.shared.staging import staged_directory
+    from jaxsat.cli.shared.terminal import show
 
     found = {"utc": epoch.iso_texts(t_s), **columns}
     document: dict[str, Any] = {
@@ -145,7 +145,7 @@ def series_columns(
     epoch: "Epoch", t_s: "np.ndarray", year: int, harmonics: int, exact: dict[str, "np.ndarray"]
 ) -> tuple[dict[str, "np.ndarray"], dict[str, float]]:
     """Returns Sun and Greenwich by the series of a year's almanac [deg], and their largest errors [deg]."""
-    from jaxsat.cli.numerics import set_up_jax
+    from jaxsat.cli.shared.numerics import set_up_jax
 
     set_up_jax()
     import jax

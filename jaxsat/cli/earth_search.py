@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from jaxsat.cli.case_files import with_replay, write_history
-from jaxsat.cli.earth_search_page import PAGE, search_page
-from jaxsat.sweep import earth_search
+from jaxsat.cli.sweep.case import with_replay, write_history
+from jaxsat.cli.sweep.earth_search_page import PAGE, search_page
+from jaxsat.sweep.scenarios import earth_search
 
 
 def _replay(options: Mapping[str, str], seed: int, case: int, directory: Path) -> None:
@@ -26,8 +26,8 @@ make = with_replay(earth_search.make, _replay)
 
 
 def case_history(samples) -> tuple[dict[str, np.ndarray], dict[str, dict[str, np.ndarray]]]:
-    """Columns and panels of a case's history, a `jaxsat.control.earth_loop.SearchSample` with the steps in front."""
-    from jaxsat.control.earth_search import SENSORS
+    """Columns and panels of a case's history, a `SearchSample` with the steps in front."""
+    from jaxsat.control.earth_search.law import SENSORS
 
     nadir, present, first = np.asarray(samples.nadir_body), np.asarray(samples.present), np.asarray(samples.first)
     rates, error = np.degrees(samples.angular_velocity), np.degrees(samples.error)

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from jaxsat.cli.case_files import with_replay, write_history
-from jaxsat.sweep import emergency_mode
+from jaxsat.cli.sweep.case import with_replay, write_history
+from jaxsat.sweep.scenarios import emergency_mode
 
 
 def _replay(options: Mapping[str, str], seed: int, case: int, directory: Path) -> None:

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from jaxsat.cli.case_files import with_replay, write_history
-from jaxsat.sweep import gravity_gradient, number_of
+from jaxsat.cli.sweep.case import with_replay, write_history
+from jaxsat.sweep import number_of
+from jaxsat.sweep.scenarios import gravity_gradient
 
 
 def _replay(options: Mapping[str, str], seed: int, case: int, directory: Path) -> None:

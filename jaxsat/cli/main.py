@@ -10,13 +10,13 @@ from collections.abc import Sequence
 from cyclopts import App, CycloptsError
 
 from jaxsat.cli.almanac import almanac
-from jaxsat.cli.export import export
-from jaxsat.cli.fit import fit
-from jaxsat.cli.local import local
+from jaxsat.cli.export.command import export
+from jaxsat.cli.fit.command import fit
+from jaxsat.cli.local.command import local
 from jaxsat.cli.orbit import orbit
 from jaxsat.cli.prepare import prepare
-from jaxsat.cli.simulate import simulate
-from jaxsat.cli.sweep import sweep
+from jaxsat.cli.simulate.command import simulate
+from jaxsat.cli.sweep.command import sweep
 from jaxsat.cli.turn import turn
 from jaxsat.cli.view import view
 from jaxsat.errors import InputError
@@ -35,7 +35,7 @@ def config() -> int:
 
     Example: jaxsat config > session.toml
     """
-    from jaxsat.cli.config import template
+    from jaxsat.cli.settings.files import template
 
     print(template(), end="")
     return 0

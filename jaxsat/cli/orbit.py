@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from jaxsat.cli.fit import read_settings
-from jaxsat.cli.options import ConfigFile, Drop
-from jaxsat.cli.session import BUNDLED
+from jaxsat.cli.fit.command import read_settings
+from jaxsat.cli.session.prepared import BUNDLED
+from jaxsat.cli.shared.options import ConfigFile, Drop
 
 if TYPE_CHECKING:
-    from fitting.orbit_fit import OrbitFit
-    from jaxsat.telemetry.cleaning import Session
+    from fitting.orbit.orbit_fit import OrbitFit
+    from jaxsat.telemetry.raw_sun.cleaning import Session
 
 SCHEMA = "jaxsat.orbit/1"
 FILES = ("residuals_before.png", "residuals_after.png", "residuals.csv", "orbit.json")
@@ -60,17 +60,17 @@ def orbit(
         print(f"jaxsat: no file given: the orbit of the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
         file = BUNDLED
 
-    from jaxsat.cli.numerics import set_up_jax
+    from jaxsat.cli.shared.numerics import set_up_jax
 
     set_up_jax()
     import numpy as np
 
-    from fitting.orbit_fit import fit_without_doubtful
-    from jaxsat.cli.output import plain, write_columns_csv, write_json
-    from jaxsat.cli.staging import staged_directory
-    from jaxsat.cli.tables import show
-    from jaxsat.telemetry.cleaning import clean
-    from jaxsat.telemetry.raw_sun import read_raw_sun
+    from fitting.orbit.orbit_fit import fit_without_doubtful
+    from jaxsat.cli.shared.output import plain, write_columns_csv, write_json
+    from jaxsat.cli.shared.staging import staged_directory
+    from jaxsat.cli.shared.terminal import show
+    from jaxsat.telemetry.raw_sun.cleaning import clean
+    from jaxsat.telemetry.raw_sun.reading import read_raw_sun
 
     with staged_directory(out, FILES) as stage:
         session = clean(read_raw_sun(file), settings.cleaning_settings())
@@ -132,7 +132,7 @@ def orbit_document(fit: "OrbitFit") -> dict[str, Any]:
 
 def elements_document(fit: "OrbitFit") -> dict[str, dict[str, Any]]:
     """Returns the elements with their sigmas and units, as results have them: SI and radians."""
-    from fitting.orbit_fit import ELEMENT_UNITS
+    from fitting.orbit.orbit_fit import ELEMENT_UNITS
 
     return {
         name: {"value": fit.elements[name], "sigma": fit.sigma[name], "unit": unit}
@@ -154,7 +154,7 @@ def _pictures(session: "Session", fit: "OrbitFit") -> dict[str, bytes]:
 
 
 def _summary(session: "Session", everything: "OrbitFit", kept: "OrbitFit") -> list[Any]:
-    from jaxsat.cli.tables import element_rows, plain_table
+    from jaxsat.cli.shared.terminal import element_rows, plain_table
     from jaxsat.significant import count_text
 
     total, dropped = session.t_s.size, int(kept.outlier.sum())

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from jaxsat.cli.fit import read_settings
-from jaxsat.cli.options import ConfigFile, Drop
+from jaxsat.cli.fit.command import read_settings
 from jaxsat.cli.orbit import orbit_document
-from jaxsat.cli.session import BUNDLED
+from jaxsat.cli.session.prepared import BUNDLED
+from jaxsat.cli.shared.options import ConfigFile, Drop
 
 if TYPE_CHECKING:
-    from jaxsat.cli.session import PreparedSession
-    from jaxsat.cli.settings import Config
+    from jaxsat.cli.session.prepared import PreparedSession
+    from jaxsat.cli.settings.sections import Config
 
 SCHEMA = "jaxsat.prepare/1"
 FILES = ("coordinates.png", "magnetometers.png", "currents.png", "orbit_residuals.png", "samples.csv", "prepare.json")
@@ -40,11 +40,11 @@ def prepare(
     if file is None:
         print(f"jaxsat: no file given: preparing the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
 
-    from jaxsat.cli.numerics import set_up_jax
-    from jaxsat.cli.output import plain, write_json, write_samples_csv
-    from jaxsat.cli.session import prepare_session
-    from jaxsat.cli.staging import staged_directory
-    from jaxsat.cli.tables import preparation_summary, show
+    from jaxsat.cli.session.prepared import prepare_session
+    from jaxsat.cli.shared.numerics import set_up_jax
+    from jaxsat.cli.shared.output import plain, write_json, write_samples_csv
+    from jaxsat.cli.shared.staging import staged_directory
+    from jaxsat.cli.shared.terminal import preparation_summary, show
 
     set_up_jax()
     with staged_directory(out, FILES) as stage:
@@ -60,7 +60,7 @@ def prepare(
 
 def preparation_document(prepared: "PreparedSession", settings: "Config") -> dict[str, Any]:
     """Returns the content of prepare.json; SI units and radians but where a name says otherwise."""
-    from jaxsat.cli.inputs import surroundings
+    from jaxsat.cli.session.inputs import surroundings
 
     session, orbit_fit = prepared.session, prepared.orbit_fit
     around = surroundings(session, orbit_fit, settings)

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from jaxsat.cli.case_files import with_replay, write_history
-from jaxsat.sweep import sun_pointing
+from jaxsat.cli.sweep.case import with_replay, write_history
+from jaxsat.sweep.scenarios import sun_pointing
 
 
 def _replay(options: Mapping[str, str], seed: int, case: int, directory: Path) -> None:
@@ -21,7 +21,7 @@ make = with_replay(sun_pointing.make, _replay)
 
 
 def case_history(samples) -> tuple[dict[str, np.ndarray], dict[str, dict[str, np.ndarray]]]:
-    """Columns and panels of a case's history, a `jaxsat.control.sun_loop.Sample` with the periods in front.
+    """Columns and panels of a case's history, a `jaxsat.control.sun_pointing.loop.Sample` with the periods in front.
 
     An estimate is nan where the Sun was not known.
     """

@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from jaxsat.cli.fit import read_settings
-from jaxsat.cli.options import ConfigFile
-from jaxsat.cli.session import BUNDLED
+from jaxsat.cli.fit.command import read_settings
+from jaxsat.cli.session.prepared import BUNDLED
+from jaxsat.cli.shared.options import ConfigFile
 from jaxsat.errors import InputError
 
 SCHEMA = "jaxsat.turn/1"
@@ -69,7 +69,7 @@ def turn(
     if file is None:
         print(f"jaxsat: no file given: taking the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
 
-    from jaxsat.cli.numerics import set_up_jax
+    from jaxsat.cli.shared.numerics import set_up_jax
 
     set_up_jax()
     import jax
@@ -78,12 +78,12 @@ def turn(
 
     from fitting.local.sun_body import sun_on_sides
     from fitting.local.turn import turned_sample
-    from jaxsat.cli.local import local_samples
-    from jaxsat.cli.local_files import CONVENTION
-    from jaxsat.cli.output import PANELS, plain, write_json
-    from jaxsat.cli.session import prepare_session
-    from jaxsat.cli.staging import staged_directory
-    from jaxsat.cli.tables import show
+    from jaxsat.cli.local.command import local_samples
+    from jaxsat.cli.local.files import CONVENTION
+    from jaxsat.cli.session.prepared import prepare_session
+    from jaxsat.cli.shared.output import PANELS, plain, write_json
+    from jaxsat.cli.shared.staging import staged_directory
+    from jaxsat.cli.shared.terminal import show
     from jaxsat.math import quaternion
 
     with staged_directory(out, FILES) as stage:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter, validators
 
-from jaxsat.cli.options import whole_number
+from jaxsat.cli.shared.options import whole_number
 
 REPORT = "report.html"
 
@@ -38,9 +38,9 @@ def view(
 
     Example: jaxsat view munin-fit --port 8000
     """
-    from jaxsat.cli.fit_page import fit_page
-    from jaxsat.cli.run_files import read_run
-    from jaxsat.cli.staging import staged_directory
+    from jaxsat.cli.fit.page import fit_page
+    from jaxsat.cli.fit.stored_run import read_run
+    from jaxsat.cli.shared.staging import staged_directory
 
     found = read_run(run)
     page = fit_page(

@@ -9,11 +9,11 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxsat.constants import AU, EARTH_ROTATION_RATE, SOLAR_PRESSURE
+from jaxsat.environment.albedo.diffuse import DiffuseAlbedo
+from jaxsat.environment.albedo.specular import SpecularAlbedo
 from jaxsat.environment.atmosphere import ExponentialAtmosphere, air_velocity_eci
-from jaxsat.environment.diffuse import DiffuseAlbedo
 from jaxsat.environment.magnetic import AbstractMagneticField, magnetic_field_eci
 from jaxsat.environment.shadow import ConeShadow, CylinderShadow
-from jaxsat.environment.specular import SpecularAlbedo
 
 Orbit = Callable[[Float[Array, ""]], tuple[Float[Array, "3"], Float[Array, "3"]]]
 """Position [m] and velocity [m/s], inertial frame, of a time [s]."""

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from jaxsat.plotting.current_marks import current_marks
 from jaxsat.plotting.style import (
     FAINT,
     INK,
@@ -23,7 +24,6 @@ from jaxsat.plotting.style import (
     shade_shadow,
     time_limits,
 )
-from jaxsat.sensors.current_marks import current_marks
 
 
 def draw_currents(

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from jaxsat.environment import sidereal_time
 from jaxsat.frames import dcms_eci_from_gcrf
-from jaxsat.telemetry.turning import attitude_between
+from jaxsat.math.attitude_between import attitude_between
 from jaxsat.time import Epoch
 
 LARGEST_TURN = np.radians(15.0)

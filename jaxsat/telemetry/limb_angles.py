@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from jaxsat.errors import InputError
-from jaxsat.telemetry.cleaning import Session
+from jaxsat.telemetry.raw_sun.cleaning import Session
 from jaxsat.telemetry.text_file import REAL, read_small_file
 from jaxsat.time import Epoch
 

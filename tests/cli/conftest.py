@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting.fit import FitSettings
-from fitting.result import FitResult, FittedParameter
+from fitting.estimate import FitSettings
+from fitting.outcome.result import FitResult, FittedParameter
 from jaxsat.cli.main import run
 
 
@@ -86,10 +86,10 @@ def put_fake_fit(monkeypatch) -> dict:
             raise changes["error"]
         return replace(make_fit_result(), **changes)
 
-    module = types.ModuleType("fitting.fit")
+    module = types.ModuleType("fitting.estimate")
     module.__dict__.update(fit=fit, FitSettings=FitSettings)
-    monkeypatch.setitem(sys.modules, "fitting.fit", module)
-    monkeypatch.setattr("fitting.fit", module, raising=False)
+    monkeypatch.setitem(sys.modules, "fitting.estimate", module)
+    monkeypatch.setattr("fitting.estimate", module, raising=False)
     # The cache of compiled programs belongs to the user, the settings of JAX to the test session.
-    monkeypatch.setattr("jaxsat.cli.numerics.set_up_jax", lambda: None)
+    monkeypatch.setattr("jaxsat.cli.shared.numerics.set_up_jax", lambda: None)
     return changes

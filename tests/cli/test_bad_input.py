@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from jaxsat.cli.main import run
-from jaxsat.cli.session import BUNDLED
+from jaxsat.cli.session.prepared import BUNDLED
 
 GOOD = BUNDLED.with_name("a-nominal-exact.RAW_SUN")
 HEADER = 3
@@ -16,7 +16,7 @@ HEADER = 3
 def own_directory(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     # The cache of compiled programs belongs to the user, the settings of JAX to the test session.
-    monkeypatch.setattr("jaxsat.cli.numerics.set_up_jax", lambda: None)
+    monkeypatch.setattr("jaxsat.cli.shared.numerics.set_up_jax", lambda: None)
 
 
 def lines() -> list[str]:

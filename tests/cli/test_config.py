@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from jaxsat.cli.config import Config, load_config, template
+from jaxsat.cli.settings.files import Config, load_config, template
 from jaxsat.constants import EARTH_MU
 from jaxsat.errors import InputError
 from jaxsat.telemetry import CleaningSettings

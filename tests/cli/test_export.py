@@ -8,8 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from jaxsat.cli.main import run
-from jaxsat.telemetry.aem import read_aem
-from jaxsat.telemetry.oem import read_oem
+from jaxsat.telemetry.ccsds.aem import read_aem
+from jaxsat.telemetry.ccsds.oem import read_oem
 
 
 @pytest.fixture

@@ -7,10 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.names import TILTS
-from jaxsat.cli.config import load_config
-from jaxsat.cli.inputs import fit_settings, nominal, observations, surroundings
-from jaxsat.cli.session import BUNDLED, prepare_session
+from fitting.parameters.names import TILTS
+from jaxsat.cli.session.inputs import fit_settings, nominal, observations, surroundings
+from jaxsat.cli.session.prepared import BUNDLED, prepare_session
+from jaxsat.cli.settings.files import load_config
 from jaxsat.errors import InputError
 
 SESSION = BUNDLED.with_name("a-nominal-exact.RAW_SUN")

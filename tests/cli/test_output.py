@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting.diagnostics import diagnose
-from jaxsat.cli.output import (
+from fitting.outcome.diagnostics import diagnose
+from jaxsat.cli.shared.output import (
     ATTITUDE_COLUMNS,
     CURRENT_COLUMNS,
     fit_document,
@@ -18,7 +18,7 @@ from jaxsat.cli.output import (
     write_attitude_csv,
     write_currents_csv,
 )
-from jaxsat.cli.staging import staged_directory
+from jaxsat.cli.shared.staging import staged_directory
 from jaxsat.errors import InputError
 from jaxsat.time import Epoch
 

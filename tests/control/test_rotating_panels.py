@@ -11,9 +11,9 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from jaxsat.control.emergency_loop import moved
-from jaxsat.control.emergency_orbit import Leg, SunFollowing, fly, leg, wanted_attitude
-from jaxsat.control.emergency_vehicle import nominal_vehicle, outer_surface, turned_panels
+from jaxsat.control.emergency_mode.loop import moved
+from jaxsat.control.emergency_mode.orbit import Leg, SunFollowing, fly, leg, wanted_attitude
+from jaxsat.control.emergency_mode.vehicle import nominal_vehicle, outer_surface, turned_panels
 from jaxsat.control.rotating_panels import (
     PARKED,
     PanelMotion,

@@ -7,8 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from jaxsat.estimation.sun.published import two_current_limit
 from jaxsat.math.scalars import elements, over_cases
-from jaxsat.sensors.sun_published import two_current_limit
 from jaxsat.sensors.sun_sensor import (
     PyramidSunSensor,
     combine_detectors,

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from jaxsat.math.attitude_between import attitude_between
 from jaxsat.telemetry.czml import LARGEST_TURN, czml_document, fixed_from_body, icrf_quaternion, to_celestial
-from jaxsat.telemetry.turning import attitude_between
 from jaxsat.time import Epoch, greenwich_angle
 
 EPOCH = Epoch.from_iso("2001-01-18T04:54:15")

@@ -14,8 +14,8 @@ from fitting.local.session import FEW_PANELS, OTHER_WAY, LocalSamples, solve_fiv
 from fitting.local.shares import mirror_earth, mirror_light
 from fitting.local.solutions import angle_between_attitudes
 from fitting.local.sun_body import SIDES, possible_sides
-from fitting.observations import tabulate
-from jaxsat.cli.session import BUNDLED
+from fitting.measurements.observations import tabulate
+from jaxsat.cli.session.prepared import BUNDLED
 from jaxsat.environment import igrf_field, orbit_from_perigee_time_km_deg
 from jaxsat.spacecraft import SolarPanels, box_normals
 from jaxsat.time import Epoch

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fitting.local.vectors import rotation_covariance, triad, two_vector_attitude, weighted_attitude
+from jaxsat.estimation.vectors import rotation_covariance, triad, two_vector_attitude, weighted_attitude
 
 quick = functools.partial(jax.jit, compiler_options={"xla_backend_optimization_level": 0})
 pair, many = quick(two_vector_attitude), quick(weighted_attitude)

@@ -9,15 +9,15 @@ import jax
 import numpy as np
 import pytest
 
-from fitting.observations import build_problem
-from fitting.parameters import PriorSigma, parametrization
-from fitting.problem import RATE_UNIT
+from fitting.measurements.observations import build_problem
+from fitting.measurements.problem import RATE_UNIT
+from fitting.parameters.parametrization import PriorSigma, parametrization
 from fitting.solvers.descent import adam, lbfgs
 from fitting.solvers.least_squares import Settings, levenberg_marquardt
-from fitting.solvers.multi_start import NONE
-from jaxsat.cli.config import load_config
-from jaxsat.cli.inputs import nominal, observations
-from jaxsat.cli.session import BUNDLED, prepare_session
+from fitting.starts.multi_start import NONE
+from jaxsat.cli.session.inputs import nominal, observations
+from jaxsat.cli.session.prepared import BUNDLED, prepare_session
+from jaxsat.cli.settings.files import load_config
 from jaxsat.integrators import BLOCK
 
 SAMPLES = 16

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from fitting.solvers.floor import NO_FLOOR, at_floor
+from fitting.measurements.floor import NO_FLOOR, at_floor
 from fitting.solvers.least_squares import Settings, normal_equations
-from fitting.solvers.multi_start import NONE
+from fitting.starts.multi_start import NONE
 
 LIMIT = 0.25
 

@@ -10,10 +10,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.observations import build_problem
-from fitting.parameters import parametrization
-from fitting.problem import RATE_UNIT, Prediction
-from fitting.solvers.floor import NO_FLOOR
+from fitting.measurements.floor import NO_FLOOR
+from fitting.measurements.observations import build_problem
+from fitting.measurements.problem import RATE_UNIT, Prediction
+from fitting.parameters.parametrization import parametrization
 from fitting.solvers.least_squares import (
     Point,
     Settings,
@@ -22,10 +22,10 @@ from fitting.solvers.least_squares import (
     sample_loss,
     solve_bounded,
 )
-from fitting.solvers.multi_start import NONE, Stage, solve
-from jaxsat.cli.config import load_config
-from jaxsat.cli.inputs import fit_settings, nominal, observations
-from jaxsat.cli.session import prepare_session
+from fitting.starts.multi_start import NONE, Stage, solve
+from jaxsat.cli.session.inputs import fit_settings, nominal, observations
+from jaxsat.cli.session.prepared import prepare_session
+from jaxsat.cli.settings.files import load_config
 
 SESSION = Path(__file__).parents[3] / "jaxsat" / "data" / "munin" / "a-nominal-exact.RAW_SUN"
 PLAIN = 1e4

@@ -1,0 +1,182 @@
+"""Attitude and parameters of a session from its panel currents: first guess, growing arcs, refinement, uncertainty."""
+
+import dataclasses
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.measurements.observations import LIMB_FIELD, Observations, build_problem
+from fitting.measurements.problem import RATE_UNIT, Problem
+from fitting.outcome.result import FitResult
+from fitting.outcome.summary import describe, summarize
+from fitting.parameters.parametrization import Nominal, Parametrization, PriorSigma, parametrization
+from fitting.solvers.adaptive import AdaptiveRules, refine_adaptively
+from fitting.solvers.chunk import EVALUATIONS
+from fitting.solvers.refine import LIKELIHOODS, Refined, candidates, refine
+from fitting.starts.first_guesses import filled_in, first_guesses, first_unknowns, silent_panels
+from fitting.starts.multi_start import Progress, Stage, Starts, compile_solvers, grow
+from fitting.starts.schedule import FIRST_ARC_LIT, arc_schedule
+from fitting.starts.stretches import carried_to, longest_stretch
+from jaxsat.errors import InputError
+from jaxsat.integrators import RK4, step_for
+
+COARSE_TOLERANCE, FINE_TOLERANCE = 4e-2, 2e-4
+"""Integration error over the session allowed while arcs grow and at the end [rad]: inside every basin; a 20th sigma."""
+
+
+@dataclass(frozen=True)
+class FitSettings:
+    """Choices of one fit."""
+
+    free: tuple[str, ...]
+    """From `fitting.parameters.parametrization.parse_free`."""
+    starts: int = 256
+    """Random starts, beside those of the local method."""
+    seed: int = 0
+    noise_mA: float = 2.0
+    """1-sigma of one current."""
+    quantum_mA: float = 1.0
+    """Step of the telemetered currents; its rounding adds quantum^2 / 12 to the variance."""
+    zero_is_floor: bool = True
+    """Whether a reading of zero stands for all currents below half a step; see `fitting.measurements.floor`."""
+    max_rate_deg_s: float = 1.5
+    step_s: float = 32.0
+    """Longest integration step; shorter ones are taken where the rate asks for them."""
+    likelihood: str = "mixture"
+    """One of `fitting.solvers.refine.LIKELIHOODS`: what may be wrong with a sample, as a limited charge current."""
+    solver: str = "levenberg_marquardt"
+    """One of `fitting.solvers.chunk.EVALUATIONS`, for the last steps; arcs grow by Levenberg-Marquardt."""
+    limb_sigma_deg: float = 0.5
+    """1-sigma of a limb angle, on the sphere."""
+    limb_weight: float = 1.0
+    """Factor of the limb angles' inverse variance; 0 leaves them out (`vesABlimb` of Penkov et al. 2009)."""
+    prior: PriorSigma = PriorSigma()
+    adaptive: AdaptiveRules | None = None
+    """In place of the likelihood: the weights of Penkov et al. 2009; by Levenberg-Marquardt alone."""
+
+    @property
+    def reading_sigma_mA(self) -> float:
+        """1-sigma of one current, its rounding included."""
+        return float(np.hypot(self.noise_mA, self.quantum_mA / np.sqrt(12.0)))
+
+    @property
+    def floor(self) -> float | None:
+        """The largest current that reads as zero [A]; None where zero is a reading as any other."""
+        return 0.5e-3 * self.quantum_mA if self.zero_is_floor else None
+
+    def __post_init__(self):
+        """Raises ValueError naming what cannot be."""
+        for name, known in (("likelihood", LIKELIHOODS), ("solver", EVALUATIONS)):
+            if getattr(self, name) not in known:
+                raise ValueError(f"FitSettings.{name}: expected one of {', '.join(known)}, got {getattr(self, name)!r}")
+        if not 0.0 <= self.limb_weight < np.inf:
+            raise ValueError(f"FitSettings.limb_weight: expected a finite number from 0, got {self.limb_weight}")
+        if self.adaptive is not None and self.solver != Stage.solver:
+            raise ValueError(f"FitSettings.solver: adaptive weights are solved by {Stage.solver}, got {self.solver!r}")
+
+
+def fit(
+    observations: Observations,
+    nominal: Nominal,
+    settings: FitSettings,
+    *,
+    progress: Progress = lambda *_: None,
+    at_minimum: Callable[[Problem, Parametrization, Refined], object] = lambda *_: None,
+) -> FitResult:
+    """Best attitude motion and parameters of a session, with their uncertainty; a failure is a result, not an error.
+
+    `at_minimum` is called with the problem on its fine grid and the minima, for what else is to be asked of them.
+    The result starts at the arc's first sunlit sample. Raises `InputError` where fewer than `FIRST_ARC_LIT` are, and
+    where limb angles are given but none from there on.
+    """
+    began = time.perf_counter()
+    progress("preparing", 0, 1)
+    noise = 1e-3 * settings.reading_sigma_mA
+    duration = max(float(np.ptp(observations.t)), 1.0)
+    max_rate = np.radians(settings.max_rate_deg_s)
+    step = min(settings.step_s, step_for(RK4, max_rate, duration, COARSE_TOLERANCE))
+    finest = min(step, step_for(RK4, _fastest(max_rate), duration, FINE_TOLERANCE))
+    parameters = parametrization(nominal, settings.free, settings.prior)
+    limb_sigma = None
+    if settings.limb_weight > 0.0:
+        limb_sigma = float(np.radians(settings.limb_sigma_deg) / np.sqrt(settings.limb_weight))
+    else:
+        observations = dataclasses.replace(observations, limb=None)
+    common = {"noise": noise, "room_for": finest, "limb_sigma": limb_sigma, "floor": settings.floor}
+    coarse = build_problem(observations, max_step=step, **common)
+    bright, sunlit = (each[: len(observations.t)] for each in (coarse.bright(), coarse.sunlit()))
+    if (bright & sunlit).sum() < FIRST_ARC_LIT:
+        raise InputError(
+            f"only {(bright & sunlit).sum()} samples both outside the computed shadow and brighter than "
+            f"{3e3 * noise:.0f} mA; a fit needs at least {FIRST_ARC_LIT}"
+        )
+    first = int(np.flatnonzero(bright & sunlit)[0])
+    if first > 0:
+        # The state is that at the arc's first sample, which must say something of it.
+        observations = observations.since(first)
+        coarse = build_problem(observations, max_step=step, **common)
+        bright, sunlit = bright[first:], sunlit[first:]
+    if coarse.limb is not None and not np.any(coarse.limb.known):
+        reason = f"none is measured from the first sunlit sample on, t = {observations.t[0]:g} s"
+        raise InputError(reason, field=LIMB_FIELD)
+    begin = longest_stretch(observations.t, bright & sunlit)
+    if begin > 0:
+        coarse = build_problem(observations.since(begin), max_step=step, whole=observations, **common)
+    searched = (bright & sunlit)[begin:]
+    tabulated = time.perf_counter()
+    # Programs compile in the background, in the order in which they are asked for, while the next one is traced.
+    progress("compiling", 0, 1)
+    first_lit = np.flatnonzero(searched)[:2]
+    silent = silent_panels(observations.currents, noise, parameters)
+    seen = jnp.asarray(filled_in(np.asarray(coarse.measured), noise, silent, nominal.max_current))
+    guessing = (seen, jax.random.key(settings.seed), settings.starts, jnp.asarray(first_lit), jnp.asarray(max_rate))
+    first_guesses.compile(coarse, parameters, *guessing)
+    compilations = compile_solvers(coarse, parameters, settings.solver)
+    describe.compile(coarse, parameters, np.zeros(len(parameters.free)), np.zeros((len(coarse.valid), 4)))
+
+    attitude, rate = first_guesses(coarse, parameters, *guessing)
+    x = np.tile(first_unknowns(parameters, silent), (len(attitude), 1))
+    x[:, 3:6] = np.asarray(rate) / RATE_UNIT
+    starts = Starts(x, np.asarray(attitude), np.zeros(len(x)))
+    for compilation in compilations:
+        if compilation is not None:
+            compilation.result()
+    compiled = time.perf_counter()
+
+    schedule = arc_schedule(searched, len(searched) - 1, settings.free)
+    use = _usable(coarse, bright[begin:], sunlit[begin:])
+    survivors = grow(coarse, parameters, schedule, starts, use, progress)
+    if begin > 0:
+        survivors = carried_to(survivors, parameters, observations, begin, finest)
+    # The spin of the survivors, which is nonsense where it goes far beyond that of the starts.
+    spin = RATE_UNIT * float(np.linalg.norm(survivors.x[candidates(survivors.cost), 3:6], axis=1).max())
+    step = min(settings.step_s, step_for(RK4, min(_fastest(spin), 2.0 * max_rate), duration, FINE_TOLERANCE))
+    fine = build_problem(observations, max_step=step, **common)
+    use = _usable(fine, bright, sunlit)
+    if settings.adaptive is None:
+        how = {"likelihood": settings.likelihood, "solver": settings.solver}
+        refined = refine(fine, parameters, survivors, use, **how, progress=progress)
+    else:
+        rules, radius = settings.adaptive, observations.earth_radius
+        refined = refine_adaptively(fine, parameters, survivors, use, rules, radius, progress)
+    at_minimum(fine, parameters, refined)
+    result = summarize(observations.t, fine, parameters, refined, dark_disagreement=int(np.sum(bright != sunlit)))
+    timing = {"prepare": tabulated - began, "compile": compiled - tabulated, "solve": time.perf_counter() - compiled}
+    return dataclasses.replace(result, timing_s=timing)
+
+
+def _fastest(spin: float) -> float:
+    """Highest rate in a session that begins with this one, with room for the swing of the magnet in the field."""
+    return 1.3 * spin + 1e-3
+
+
+def _usable(problem: Problem, bright: np.ndarray, sunlit: np.ndarray) -> np.ndarray:
+    """[samples channels] 1 where a measurement counts, of samples that the arrays [time] say are bright and sunlit."""
+    use = np.repeat(np.asarray(problem.valid).astype(float)[:, None], 6, axis=1)
+    # A sample on the wrong side of a shadow edge by a second says nothing about attitude: leave it out.
+    use[: len(bright)][bright != sunlit] = 0.0
+    return use if problem.limb is None else np.hstack([use, np.asarray(problem.limb.known, float)])

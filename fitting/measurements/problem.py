@@ -1,0 +1,196 @@
+"""The data of one fit: tables, measurements and weights, padded so that like files share a compiled program."""
+
+from collections.abc import Callable
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from fitting.measurements.limb import LimbAngles, limb_residuals
+from fitting.parameters.names import DYNAMIC, STATE, TILTS
+from fitting.parameters.parametrization import Parametrization, build_model
+from jaxsat.dynamics import AttitudeState
+from jaxsat.environment import LightTable, OrbitTable
+from jaxsat.integrators import BLOCK, StepGrid
+from jaxsat.math import quaternion
+from jaxsat.sensors.solar_panels import panel_currents
+from jaxsat.simulate import simulate_on_grid
+from jaxsat.spacecraft import SolarPanels
+
+PAD_SAMPLES = 16
+PAD_STEPS = 64
+"""Samples and steps of a problem are padded to multiples of these."""
+
+CURRENTS = 6
+"""Channels of a sample that are panel currents; those of limb angles, where there are any, come after them."""
+
+RATE_UNIT = 1.0 / 60.0
+"""Unit of the rate unknowns [rad/s]: a radian, the attitude's own unit, in a minute."""
+
+
+class Problem(eqx.Module):
+    """Everything about a session that does not change while it is fitted."""
+
+    grid: StepGrid
+    orbit: OrbitTable
+    """At the grid's nodes."""
+    light: LightTable
+    """At the samples."""
+    measured: Float[Array | np.ndarray, "samples 6"]
+    """Panel currents [A]."""
+    valid: Bool[Array | np.ndarray, " samples"]
+    """False for padding."""
+    noise: Float[Array | np.ndarray, ""]
+    """1-sigma of one current, quantisation included [A]."""
+    floor: Float[Array | np.ndarray, "samples 6"]
+    """What a reading of zero may have been at most, in sigmas; -inf where a reading is above the telemetry's floor."""
+    limb: LimbAngles | None = None
+    """Limb angles at the samples; None where none are to be fitted."""
+
+    @property
+    def channels(self) -> int:
+        """Measurements of a sample: six currents and, with limb angles, distance and turn."""
+        return CURRENTS + (0 if self.limb is None else 2)
+
+    def bright(self) -> np.ndarray:
+        """[samples] whether some current stands three sigmas out of the noise, on the host."""
+        return np.asarray(self.measured).max(axis=1) > 3.0 * float(self.noise)
+
+    def sunlit(self) -> np.ndarray:
+        """[samples] whether the sample is outside the computed shadow, on the host."""
+        return np.asarray(self.light.illumination) > 0.5
+
+
+class Prediction(eqx.Module):
+    """Whitened residuals of one trajectory and the attitude behind them."""
+
+    residual: Float[Array, "samples channels"]
+    """(modelled - measured) / sigma."""
+    quaternion: Float[Array, "samples 4"]
+    angular_velocity: Float[Array, "samples 3"]
+    rotation_jacobian: Float[Array, "samples 3 unknowns"]
+    """Small rotation in body axes [rad] for a unit change of each unknown."""
+
+
+def predict_blocks(
+    problem: Problem,
+    parameters: Parametrization,
+    x: Float[Array, " unknowns"],
+    reference: Float[Array, "4"],
+    blocks: Int[Array | np.ndarray, ""],
+    *,
+    visit: Callable[[Any, tuple[Array, Array], Array], Any],
+    carry: Any,
+) -> tuple[Prediction, Any]:
+    """Residuals of one start about the attitude `reference` at the grid's start, and what `visit` makes of the rest.
+
+    `carry` goes through `visit(carry, (residual, jacobian), begin)` for each block of `PAD_SAMPLES` samples of the arc,
+    the first of them number `begin`; the Jacobian [block channels unknowns] is exact and never there as a whole.
+
+    Only the state and the dynamic parameters are carried through the integration in forward mode; the sensor's own
+    parameters and the attitude at each sample enter by the chain rule.
+    """
+    free_dynamic = [name for name in parameters.free if name in DYNAMIC]
+    n_moving = len(STATE) + len(free_dynamic)
+    moving, fixed = x[:n_moving], x[n_moving:]
+
+    def model(x_model):
+        craft, albedo = build_model(parameters.values(x_model), jnp.asarray(parameters.reference_field))
+        panels = craft.panels
+        optical = (
+            panels.max_current,
+            panels.gains,
+            albedo,
+            *([panels.normals] if set(TILTS) & set(parameters.free) else []),
+        )
+        return (craft.inertia, craft.magnet, craft.rods.moments), optical, craft
+
+    # Once, and not in the loops that follow: to first order, which is all that a Jacobian asks, these are linear.
+    mechanical, optical, craft = model(x[6:])
+    by_model = jax.jacfwd(lambda x_model: model(x_model)[:2])(x[6:])
+
+    def linear(there, slopes, shift, columns):
+        return jax.tree.map(lambda leaf, slope: leaf + slope[..., columns] @ shift, there, slopes)
+
+    def motion(moving):
+        moved = linear(mechanical, by_model[0], moving[6:] - x[6:n_moving], slice(n_moving - 6))
+        spacecraft = eqx.tree_at(lambda c: (c.inertia, c.magnet, c.rods.moments), craft, moved)
+        q0 = quaternion.multiply(reference, quaternion.from_rotation_vector(moving[:3]))
+        initial = AttitudeState(q0, moving[3:6] * RATE_UNIT)
+        trajectory = simulate_on_grid(spacecraft, initial, problem.orbit, problem.grid, blocks=blocks)
+        return trajectory.quaternion, trajectory
+
+    tangents, trajectory = jax.jacfwd(motion, has_aux=True)(moving)
+    q = trajectory.quaternion
+    # q' = q (0, r/2): the rotation r in body axes that each unit tangent of q stands for.
+    product = jax.vmap(lambda p: quaternion.multiply(quaternion.conjugate(q), p), in_axes=-1, out_axes=-1)
+    rotation = 2.0 * product(tangents)[:, 1:]
+
+    def currents(turn, fixed, q, light):
+        max_current, gains, albedo, *tilted = linear(
+            optical, by_model[1], fixed - x[n_moving:], slice(n_moving - 6, None)
+        )
+        panels = SolarPanels(tilted[0] if tilted else craft.panels.normals, max_current, gains)
+        turned = quaternion.multiply(q, quaternion.from_rotation_vector(turn))
+        modelled = panel_currents(turned, panels, albedo, light)
+        return modelled, modelled
+
+    def at_sample(q, light):
+        (by_turn, by_sensor), modelled = jax.jacfwd(currents, argnums=(0, 1), has_aux=True)(
+            jnp.zeros(3, dtype=q.dtype), fixed, q, light
+        )
+        return modelled, by_turn, by_sensor
+
+    limb = problem.limb
+    sighted = (
+        None if limb is None else (problem.orbit.position_eci[jnp.asarray(problem.grid.sample_node)], limb.measured)
+    )
+    inputs = (q, problem.light, problem.measured, rotation, sighted)
+
+    def sample_block(number, carry):
+        residual, carry = carry
+        begin = number * PAD_SAMPLES
+        part = jax.tree.map(lambda leaf: jax.lax.dynamic_slice_in_dim(jnp.asarray(leaf), begin, PAD_SAMPLES), inputs)
+        q, light, measured, rotation, sighted = part
+        modelled, by_turn, by_sensor = jax.vmap(at_sample)(q, light)
+        new = (modelled - measured, jnp.concatenate([by_turn @ rotation, by_sensor], axis=-1))
+        new = jax.tree.map(lambda block: block / problem.noise, new)
+        if limb is not None:
+            off, by_turn = limb_residuals(limb, q, *sighted)
+            more = (off, jnp.pad(by_turn @ rotation, ((0, 0), (0, 0), (0, fixed.shape[0]))))
+            new = jax.tree.map(lambda currents, angles: jnp.concatenate([currents, angles], axis=1), new, more)
+        residual = jax.lax.dynamic_update_slice_in_dim(residual, new[0], begin, axis=0)
+        return residual, visit(carry, new, begin)
+
+    # Only the arc's samples: on the first, short arcs the sensor would cost more than the motion.
+    samples = jnp.sum(jnp.asarray(problem.grid.sample_index) <= blocks * BLOCK)
+    count = (samples + PAD_SAMPLES - 1) // PAD_SAMPLES
+    blank = jnp.zeros((len(problem.measured), problem.channels), dtype=x.dtype)
+    residual, carry = jax.lax.fori_loop(0, count, sample_block, (blank, carry))
+    padding = jnp.zeros((*rotation.shape[:2], fixed.shape[0]), dtype=rotation.dtype)
+    prediction = Prediction(
+        residual=residual,
+        quaternion=q,
+        angular_velocity=trajectory.angular_velocity,
+        rotation_jacobian=jnp.concatenate([rotation, padding], axis=-1),
+    )
+    return prediction, carry
+
+
+def predict(
+    problem: Problem,
+    parameters: Parametrization,
+    x: Float[Array, " unknowns"],
+    reference: Float[Array, "4"],
+    blocks: Int[Array | np.ndarray, ""],
+) -> tuple[Prediction, Float[Array, "samples channels unknowns"]]:
+    """Residuals of one start as in `predict_blocks`, and their whole Jacobian."""
+
+    def store(jacobian, new, begin):
+        return jax.lax.dynamic_update_slice_in_dim(jacobian, new[1], begin, axis=0)
+
+    blank = jnp.zeros((len(problem.measured), problem.channels, x.shape[0]), dtype=x.dtype)
+    return predict_blocks(problem, parameters, x, reference, blocks, visit=store, carry=blank)

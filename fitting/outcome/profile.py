@@ -1,0 +1,241 @@
+"""Profile likelihood of one parameter: the lowest cost that the others allow at each of its values.
+
+Where the cost is not a parabola out to a few sigmas (a bound near by, an angle of a short arc, a weak prior) the sigma
+of the information matrix misleads; the interval in which the profile rises by less than 1/2, or 1.92, does not (Wilks
+1938; Venzon & Moolgavkar 1988).
+"""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import jax
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from fitting.measurements.problem import RATE_UNIT, Problem
+from fitting.outcome.profile_walk import Held, Step, walk
+from fitting.outcome.summary import describe
+from fitting.outcome.uncertainty import at_bound, covariance, physical_covariance
+from fitting.parameters.names import GAINS, INERTIA, MAGNET, NAMED, POLAR, STATE, TO_UNIT, UNITS
+from fitting.parameters.parametrization import Parametrization
+from fitting.solvers.refine import CONVERGED_DECREMENT, Refined
+from fitting.starts.multi_start import NONE, Progress
+from jaxsat.errors import InputError
+
+REACH = 3.0
+"""How far a profile goes: the root of twice the cost's rise [sigma]."""
+Z_68, Z_95 = 1.0, 1.959964
+"""Roots of twice the rise that bound 68.3 and 95 %: quantiles of chi-square with one degree of freedom (Wilks 1938)."""
+FAITHFUL = 0.95
+"""Share of the sigma that the held unknowns must account for; the interval is too narrow by as much."""
+
+Interval = tuple[float | None, float | None]
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Cost over the values of one parameter, all others at their best; arrays run over its values, which rise."""
+
+    name: str
+    unit: str
+    best: float
+    """Value at the minimum. That of `attitude.x` ... is a small rotation about a body axis: zero at the minimum."""
+    sigma: float | None
+    """1-sigma of the information matrix; None where it has none, as at a bound."""
+    values: np.ndarray
+    rise: np.ndarray
+    """Cost, half of chi2, above the minimum's, priors included."""
+    rise_data: np.ndarray
+    """The part of the data in it; below zero where the prior pulls the minimum off the data's."""
+    settled: np.ndarray
+    """False where the solver stopped before it had the lowest cost, so that the rise is too large."""
+    interval_68: Interval
+    """Where the rise is below 1/2. The bound where the profile ends at it; None where it has not risen enough."""
+    interval_95: Interval
+    """Where the rise is below 1.92."""
+    note: str = ""
+    """What is wrong with it; empty where nothing is."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON: plain numbers and lists."""
+        arrays = ("values", "rise", "rise_data", "settled")
+        return {**asdict(self), **{name: getattr(self, name).tolist() for name in arrays}}
+
+
+def profile(
+    problem: Problem,
+    parameters: Parametrization,
+    refined: Refined,
+    name: str,
+    *,
+    tail: float = NONE,
+    progress: Progress = lambda *_: None,
+) -> Profile:
+    """Profile of a free parameter, or of a component of the state, about the best minimum of a fit.
+
+    `tail` is that of the likelihood under which `refined` was reached (`fitting.solvers.refine.LIKELIHOODS`, last
+    round).
+    Raises `InputError` as `check_profile` does, and where the data say nothing of the parameter or nothing but together
+    with others of its gauge.
+    """
+    check_profile(parameters, name)
+    best = jax.tree.map(lambda leaf: np.asarray(leaf)[0], refined.points)
+    _, values_jacobian, *_ = describe(problem, parameters, best.x[len(STATE) :], best.prediction.quaternion)
+    jacobian = np.asarray(values_jacobian)
+    lower, upper = parameters.bounds()
+    k = parameters.names.index(name)
+    free = ~at_bound(best.x, best.gradient, (lower, upper))
+    sigma = _sigma(parameters, name, jacobian, covariance(best.hessian, free)) if free[k] else None
+    free[k] = True
+    held, spread = _choose_held(parameters, name, jacobian, best.hessian, free)
+    reached = walk(problem, parameters, best, Held(k, held, spread), reach=REACH, tail=tail, progress=progress)
+
+    values = np.array([_value(problem, parameters, name, best.reference, step) for step in reached])
+    prior = np.array([0.5 * np.sum(step.x[len(STATE) :] ** 2) for step in reached])
+    rise, settled = (np.array([getattr(step, field) for step in reached]) for field in ("rise", "settled"))
+    order = np.argsort(values)
+    values, rise, prior, settled = values[order], rise[order], prior[order], settled[order]
+    middle = [step.offset for step in reached].index(0.0)
+    middle = int(np.flatnonzero(order == middle)[0])
+    # The walk ends on a bound exactly; under it the profile does not go on.
+    ends = [step.x[k] for step in (reached[order[0]], reached[order[-1]])]
+    walls = (bool(ends[0] <= lower[k] + 1e-9), bool(ends[1] >= upper[k] - 1e-9))
+    notes = []
+    if rise.min() < -CONVERGED_DECREMENT:
+        notes.append(f"the cost falls by {-rise.min():.2g} beside the minimum: the fit has not reached the lowest")
+    if not settled.all():
+        notes.append(f"the solver stopped early at {(~settled).sum()} of {len(settled)} values")
+    return Profile(
+        name=name,
+        unit=UNITS[name],
+        best=float(values[middle]),
+        sigma=sigma,
+        values=values,
+        rise=rise,
+        rise_data=rise - (prior - prior[middle]),
+        settled=settled,
+        interval_68=interval(values, rise, middle, Z_68, walls),
+        interval_95=interval(values, rise, middle, Z_95, walls),
+        note="; ".join(notes),
+    )
+
+
+def profile_all(
+    problem: Problem,
+    parameters: Parametrization,
+    refined: Refined,
+    names: Sequence[str],
+    *,
+    tail: float = NONE,
+    progress: Progress = lambda *_: None,
+) -> tuple[list[Profile], list[str]]:
+    """Profiles as `profile` gives them, and for each parameter that has none the reason: a fit is not lost for it."""
+    profiles, reasons = [], []
+    for name in dict.fromkeys(names):
+        try:
+            profiles.append(profile(problem, parameters, refined, name, tail=tail, progress=progress))
+        except InputError as error:
+            reasons.append(error.reason)
+    return profiles, reasons
+
+
+def check_profile(parameters: Parametrization, name: str) -> None:
+    """Raises `InputError` unless `name` is one of the fit's unknowns."""
+    if name not in (*STATE, *NAMED):
+        raise InputError(f"unknown parameter {name!r}; expected a single name such as {', '.join(parameters.names)}")
+    if name not in parameters.names:
+        raise InputError(f"{name} is not free in this fit and has no profile; free are {', '.join(parameters.names)}")
+
+
+def interval(
+    values: np.ndarray, rise: np.ndarray, middle: int, z: float, walls: tuple[bool, bool] = (False, False)
+) -> Interval:
+    """The values about number `middle` between which the cost rises by less than z^2 / 2.
+
+    Where an end is not reached, it is the last value if there is a wall, else None. The cubic between the values is
+    exact for a parabola, whether its minimum is that of the fit or lies behind a bound.
+    """
+    level = 0.5 * z * z
+
+    def end(index: np.ndarray, wall: bool) -> float | None:
+        beyond = np.flatnonzero(rise[index] >= level)
+        if not len(beyond):
+            return float(values[index[-1]]) if wall else None
+        inner, outer = sorted(float(values[index[n]]) for n in (beyond[0] - 1, beyond[0]))
+        # A crossing at the outer value itself may be lost to a rounding.
+        crossings = np.append(CubicSpline(values, rise).solve(level, extrapolate=False), values[index[beyond[0]]])
+        crossings = np.clip(crossings, inner, outer)
+        return float(crossings[np.argmin(np.abs(crossings - 0.5 * (inner + outer)))])
+
+    return end(np.arange(middle, -1, -1), walls[0]), end(np.arange(middle, len(values)), walls[1])
+
+
+def _choose_held(
+    parameters: Parametrization, name: str, jacobian: np.ndarray, hessian: np.ndarray, free: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Which unknowns [unknowns bool] are held so that the parameter is, and the 1-sigma of its own unknown.
+
+    Under a gauge the parameter is its unknown divided by the modulus of the magnet, or by the mean of the gains: free
+    to scale all of them, the others would undo any shift, so one of them is held too. The ratio of the two is held then
+    instead of the value; what this costs is seen in the sigma along the way, and where it is too much, said. An entry
+    of an inertia that stays that of a body is its own unknown near the nominal one; elsewhere the same check says so.
+    """
+    k = parameters.names.index(name)
+    if parameters.gauged and name == POLAR[0]:
+        raise InputError(f"{name} has no profile: it is held as gauge")
+    family = MAGNET if parameters.gauged and name in MAGNET else GAINS if parameters.gains_gauged else ()
+    partners = [parameters.names.index(other) for other in family if other != name] if name in family else [k]
+    whole = _sigma(parameters, name, jacobian, covariance(hessian, free))
+    choices = []
+    for partner in partners:
+        held = np.isin(np.arange(len(free)), [k, partner])
+        cov = covariance(hessian, free & (~held | (np.arange(len(free)) == k)))
+        spread = float(np.sqrt(cov[k, k]))
+        if not 0.0 < spread < np.inf:
+            raise InputError(f"the data say nothing of {name}: it has no profile")
+        along = _sigma(parameters, name, jacobian, np.outer(cov[:, k], cov[:, k]) / cov[k, k])
+        choices.append((along or 0.0, held, spread))
+    along, held, spread = max(choices, key=lambda choice: choice[0])
+    if whole is not None and along < FAITHFUL * whole:
+        reasons = {
+            MAGNET: "the magnet's modulus is held as gauge: profile a component across it, or do not free the inertia",
+            INERTIA: "the entries of an inertia that stays that of a body move together: free this one alone",
+        }
+        gains = "the mean of the gains is held as gauge: free either the gains or imax"
+        reason = next((text for names, text in reasons.items() if name in names), gains)
+        raise InputError(f"{name} has no profile of its own, for {reason}")
+    return held, spread
+
+
+def _sigma(parameters: Parametrization, name: str, jacobian: np.ndarray, cov: np.ndarray) -> float | None:
+    """1-sigma in the unit of the name; None where there is none."""
+    names, physical = physical_covariance(jacobian, cov)
+    sigma = float(np.sqrt(physical[names.index(name), names.index(name)])) * parameters.quoted(name)
+    return sigma if 0.0 < sigma < np.inf else None
+
+
+def _value(problem: Problem, parameters: Parametrization, name: str, origin: np.ndarray, step: Step) -> float:
+    """The parameter at a point of the walk, in the unit of its name."""
+    k = parameters.names.index(name)
+    if k < 3:
+        value = _rotation(origin, step.reference)[k]
+    elif k < len(STATE):
+        value = step.x[k] * RATE_UNIT
+    else:
+        values, *_ = describe(problem, parameters, step.x[len(STATE) :], step.attitude)
+        value = float(np.asarray(values)[NAMED.index(name)])
+        if name == POLAR[1]:
+            # Counted on from the nominal azimuth, so that a profile does not jump by a turn.
+            middle = float(np.asarray(parameters.nominal)[NAMED.index(name)])
+            value = middle + float(np.angle(np.exp(1j * (value - middle))))
+    return float(value) * TO_UNIT.get(name, 1.0) * parameters.quoted(name)
+
+
+def _rotation(origin: np.ndarray, turned: np.ndarray) -> np.ndarray:
+    """[3] rotation vector from one attitude to another, in body axes [rad]."""
+    w, x, y, z = origin
+    matrix = np.array([[w, x, y, z], [-x, w, z, -y], [-y, -z, w, x], [-z, y, -x, w]])
+    scalar, *vector = matrix @ turned
+    length = float(np.linalg.norm(vector))
+    return np.array(vector) * (2.0 * np.arctan2(length, scalar) / length if length > 0.0 else 2.0)

@@ -1,0 +1,93 @@
+"""1-sigma of parameters and attitude from the information matrix at a minimum (Cramer-Rao bound of the model)."""
+
+import numpy as np
+
+from fitting.measurements.problem import RATE_UNIT
+from fitting.parameters.names import NAMED, STATE, TO_UNIT
+
+
+def covariance(information: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """Inverse of the information matrix over the unknowns that are `free` [bool]; zero rows for the others.
+
+    Directions that the data do not see get a variance of inf rather than a number that rounding made.
+    """
+    result = np.zeros_like(information)
+    index = np.flatnonzero(free)
+    matrix = information[np.ix_(index, index)]
+    root = np.sqrt(np.maximum(np.diagonal(matrix), 1e-300))
+    values, vectors = np.linalg.eigh(matrix / np.outer(root, root))
+    seen = values > 1e-12
+    inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T / np.outer(root, root)
+    blind = np.any(np.abs(vectors[:, ~seen]) > 1e-4, axis=1)
+    inverse[blind, :], inverse[:, blind] = 0.0, 0.0
+    inverse[blind, blind] = np.inf
+    result[np.ix_(index, index)] = inverse
+    return result
+
+
+def at_bound(x: np.ndarray, gradient: np.ndarray, bounds: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """[unknowns] whether the cost would have an unknown beyond its bound."""
+    lower, upper = bounds
+    return ((x <= lower + 1e-9) & (gradient > 0)) | ((x >= upper - 1e-9) & (gradient < 0))
+
+
+def promised_saving(gradient: np.ndarray, cov: np.ndarray, pressed: np.ndarray) -> float:
+    """Cost that an undamped step would still save; `cov` is the `covariance` of unknowns that are not `pressed`."""
+    finite = np.isfinite(np.diagonal(cov)) & ~pressed
+    slope = np.asarray(gradient)[finite]
+    return 0.5 * float(slope @ cov[np.ix_(finite, finite)] @ slope)
+
+
+def physical_covariance(values_jacobian: np.ndarray, cov: np.ndarray) -> tuple[list[str], np.ndarray]:
+    """Names (state, then all of `NAMED`) and covariance of their values in the units of the names.
+
+    `values_jacobian` [named free] is that of `Parametrization.named` at the minimum; where the gauge holds the
+    magnet's modulus, its projection is in it.
+    """
+    full = np.zeros((len(STATE) + len(NAMED), len(cov)))
+    full[: len(STATE), : len(STATE)] = np.diag([1.0] * 3 + [RATE_UNIT] * 3)
+    full[len(STATE) :, len(STATE) :] = values_jacobian
+    names = [*STATE, *NAMED]
+    full *= np.array([TO_UNIT.get(name, 1.0) for name in names])[:, None]
+    finite = np.isfinite(np.diagonal(cov))
+    result = full[:, finite] @ cov[np.ix_(finite, finite)] @ full[:, finite].T
+    touched = np.any(np.abs(full[:, ~finite]) > 0, axis=1)
+    result[touched, touched] = np.inf
+    return names, result
+
+
+def correlations(names: list[str], cov: np.ndarray, free: set[str]) -> dict[str, dict[str, float]]:
+    """Correlation coefficients between free parameters, each pair once, as {name: {later name: value}}."""
+    sigma = np.sqrt(np.diagonal(cov))
+    used = [k for k, name in enumerate(names) if name in free and 0 < sigma[k] < np.inf]
+    return {
+        names[a]: {names[b]: round(float(cov[a, b] / (sigma[a] * sigma[b])), 4) for b in used[n + 1 :]}
+        for n, a in enumerate(used[:-1])
+    }
+
+
+def attitude_covariance(rotation_jacobian: np.ndarray, cov: np.ndarray) -> np.ndarray:
+    """[samples 3 3] covariance of the small rotation in body axes at every sample [rad^2]; inf where it is unknown."""
+    finite = np.isfinite(np.diagonal(cov))
+    J = rotation_jacobian[..., finite]
+    result = J @ cov[np.ix_(finite, finite)] @ np.swapaxes(J, -1, -2)
+    blind = np.any(rotation_jacobian[..., ~finite] != 0.0, axis=(1, 2))
+    result[blind] = np.inf
+    return result
+
+
+def field_angle_sigma(field_body: np.ndarray, rotation_covariance: np.ndarray) -> np.ndarray:
+    """1-sigma of the angle between body x and the field [rad], from the rotation's covariance in body axes.
+
+    Only the rotation about the normal of the plane of x and the field changes the angle; where the two are parallel
+    the normal is undefined and the larger of the two transverse sigmas is returned; inf where the rotation is unknown.
+    """
+    normal = np.cross(np.array([1.0, 0.0, 0.0]), field_body)
+    length = np.linalg.norm(normal, axis=-1)
+    parallel = length < 1e-9 * np.linalg.norm(field_body, axis=-1)
+    normal = normal / np.where(parallel, 1.0, length)[:, None]
+    known = np.all(np.isfinite(rotation_covariance), axis=(1, 2))
+    finite = np.where(known[:, None, None], rotation_covariance, 0.0)
+    variance = np.einsum("si,sij,sj->s", normal, finite, normal)
+    transverse = np.linalg.eigvalsh(finite[:, 1:, 1:])[:, -1]
+    return np.where(known, np.sqrt(np.maximum(np.where(parallel, transverse, variance), 0.0)), np.inf)

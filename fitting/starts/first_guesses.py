@@ -1,0 +1,130 @@
+"""First guesses for the growing arcs: attitudes that put the Sun where the first lit currents say it is."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int, PRNGKeyArray
+
+from fitting.local.roll_search import search_roll
+from fitting.measurements.problem import Problem
+from fitting.parameters.names import GAINS, MODEL
+from fitting.parameters.parametrization import GAINS_SLICE, Parametrization, build_model
+from fitting.stored import Stored
+from jaxsat.math import cross, quaternion, unit
+
+CLEARLY = 1.5
+"""How much more of the Sun than its opposite shows a dead panel must be left with to be the one that faces it."""
+
+
+def silent_panels(measured: np.ndarray, noise: float, parameters: Parametrization) -> np.ndarray:
+    """[6] panels of free gain that never show light while others do: taken for dead, which their priors may undo."""
+    dark = ~np.any(measured > 3.0 * noise, axis=0)
+    return dark & np.isin(GAINS, parameters.free) & ~np.all(dark)
+
+
+def first_unknowns(parameters: Parametrization, silent: np.ndarray) -> np.ndarray:
+    """[unknowns] all at their nominal values, but no gain where a panel is silent, and the others as bright as ever."""
+    x = np.zeros(len(parameters.names))
+    lower, _ = parameters.bounds()
+    dead = [parameters.names.index(GAINS[panel]) for panel in np.flatnonzero(silent)]
+    x[dead] = lower[dead]
+    if len(dead) and parameters.gains_gauged:
+        # The gauge would spread the common mean over the panels that are left.
+        gains = np.asarray(parameters.nominal)[GAINS_SLICE]
+        share = gains[~silent].sum() / gains.sum()
+        imax = MODEL.index("imax")
+        x[parameters.names.index("imax")] = (share - 1.0) * float(parameters.nominal[imax] / parameters.scale[imax])
+    return x
+
+
+def filled_in(measured: np.ndarray, noise: float, silent: np.ndarray, max_current: float) -> np.ndarray:
+    """[samples 6] currents in which a silent panel has what the Sun leaves to it, where that is more than its opposite.
+
+    The squares of the cosines to three axes add up to one; without this the first guess would put the Sun across it.
+    Where two panels are silent the first of them gets what is left to both.
+    """
+    currents = measured.copy()
+    for panel in np.flatnonzero(silent):
+        opposite = currents[:, panel ^ 1]
+        # What is on the opposite side beside a Sun on this one is light of the Earth.
+        rest = max_current**2 - (currents**2).sum(axis=1) + opposite**2
+        left = np.sqrt(np.maximum(rest, 0.0))
+        currents[:, panel] = np.where(left > np.maximum(CLEARLY * opposite, 3.0 * noise), left, 0.0)
+    return currents
+
+
+def sun_direction_body(currents: Float[Array, "6"]) -> Float[Array, "3"]:
+    """Rough direction of the Sun in body axes from six panels of a box, +X -X +Y -Y +Z -Z.
+
+    Of each pair the stronger panel counts, with its sign: the Sun lights one side only, so the weaker one holds
+    light of the Earth. Exact without albedo; 10 to 20 deg off with it.
+    """
+    plus, minus = currents[0::2], currents[1::2]
+    return unit(jnp.where(plus >= minus, plus, -minus))
+
+
+def shortest_turn(a: Float[Array, "3"], b: Float[Array, "3"]) -> Float[Array, "4"]:
+    """Quaternion of the least rotation that carries unit vector `a` onto unit vector `b`."""
+    opposite = a @ b < -1.0 + 1e-12
+    # Half a turn about any axis across `a` where the two are opposite and the axis a x b vanishes.
+    across = cross(a, jnp.eye(3, dtype=a.dtype)[jnp.argmin(jnp.abs(a))])
+    q = jnp.concatenate([jnp.where(opposite, 0.0, 1.0 + a @ b)[None], jnp.where(opposite, across, cross(a, b))])
+    return quaternion.normalize(q)
+
+
+def random_starts(
+    key: PRNGKeyArray, count: int, currents: Float[Array, "6"], sun_eci: Float[Array, "3"], max_rate: Float[Array, ""]
+) -> tuple[Float[Array, "count 4"], Float[Array, "count 3"]]:
+    """Attitudes with the Sun in its place and any roll about it, and rates uniform in a ball of `max_rate` [rad/s].
+
+    Rolls and radii are stratified, so that few starts cover both evenly.
+    """
+    keys = jax.random.split(key, 4)
+    strata = jnp.arange(count, dtype=currents.dtype)
+    roll = 2.0 * jnp.pi * (strata + jax.random.uniform(keys[0], (count,), dtype=currents.dtype)) / count
+    onto_sun = shortest_turn(sun_direction_body(currents), sun_eci)
+    rolls = quaternion.from_rotation_vector(roll[:, None] * sun_eci[None])
+    attitude = jax.vmap(lambda q: quaternion.multiply(q, onto_sun))(rolls)
+    layer = jax.random.permutation(keys[1], strata)
+    radius = max_rate * jnp.cbrt((layer + jax.random.uniform(keys[2], (count,), dtype=currents.dtype)) / count)
+    axis = unit(jax.random.normal(keys[3], (count, 3), dtype=currents.dtype))
+    return attitude, radius[:, None] * axis
+
+
+def _first_guesses(
+    problem: Problem,
+    parameters: Parametrization,
+    measured: Float[Array, "samples 6"],
+    key: PRNGKeyArray,
+    count: int,
+    samples: Int[Array, "2"],
+    max_rate: Float[Array, ""],
+) -> tuple[Float[Array, "starts 4"], Float[Array, "starts 3"]]:
+    """`count` random starts and, in front of them, those of the local method with x along the field.
+
+    `measured` are the currents, of dead panels `filled_in`. `samples` are the first two lit ones: each pair of their
+    best field-aligned attitudes gives a start and its rate.
+    """
+    spacecraft, _ = build_model(jnp.asarray(parameters.nominal)[: len(MODEL)], jnp.asarray(parameters.reference_field))
+    first = samples[0]
+    attitude, rate = random_starts(key, count, measured[first], problem.light.sun_eci[first], max_rate)
+
+    def local(sample):
+        light = jax.tree.map(lambda leaf: leaf[sample], problem.light)
+        node = jnp.asarray(problem.grid.sample_node)[sample]
+        field = problem.orbit.b_field_eci[node]
+        return search_roll(measured[sample], field, spacecraft.panels, light, jnp.asarray(1.0))
+
+    found = jax.vmap(local)(samples)
+    times = jnp.asarray(problem.grid.node_times)[jnp.asarray(problem.grid.sample_node)[samples]]
+    turn = jax.vmap(
+        lambda a: jax.vmap(lambda b: quaternion.to_rotation_vector(quaternion.multiply(quaternion.conjugate(a), b)))(
+            found.quaternion[1]
+        )
+    )(found.quaternion[0])
+    local_rate = turn.reshape(-1, 3) / (times[1] - times[0])
+    local_attitude = jnp.repeat(found.quaternion[0], found.quaternion.shape[1], axis=0)
+    return jnp.concatenate([local_attitude, attitude]), jnp.concatenate([local_rate, rate])
+
+
+first_guesses = Stored(_first_guesses, lambda: (0.0, 0.0))

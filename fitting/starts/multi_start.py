@@ -1,0 +1,178 @@
+"""Growing arcs: many starts on a short arc, the best of them on ever longer ones (Penkov et al. 2009, end of sec. 4).
+
+The cost as a function of the spin rate has a side minimum every 2 x 4.49/T rad/s, so over a whole session almost
+every start ends in a wrong one, while over the first few minutes the basin is wide. Each arc is long enough to halve
+the spread of the survivors' rates and short enough that they stay inside the basin of the next.
+"""
+
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import numpy as np
+
+from fitting.measurements.problem import Problem
+from fitting.parameters.parametrization import Parametrization
+from fitting.solvers.chunk import EVALUATIONS, solve_chunk
+from fitting.solvers.least_squares import Point, Settings
+from jaxsat.errors import InputError
+from jaxsat.integrators import BLOCK
+
+CHUNK = 4
+"""Starts in one call of the compiled program."""
+
+HOPELESS = (5.0, 300.0)
+"""A start is given up once its cost exceeds the first times the best one's plus the second.
+
+Not after the first stage, where most starts are still on their way."""
+
+NONE = 1e15
+"""A tail or a ceiling that is not there."""
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One arc of the schedule."""
+
+    last_sample: int
+    """Index of the arc's last sample."""
+    keep: int
+    """Starts that enter this stage, best first."""
+    iterations: int
+    robust_scale: float
+    active: np.ndarray
+    """[unknowns] bool."""
+    tail: float = NONE
+    ceiling: float = NONE
+    """As in `Settings`."""
+    solver: str = "levenberg_marquardt"
+    """One of `chunk.EVALUATIONS`."""
+
+
+@dataclass(frozen=True)
+class Starts:
+    """A set of points on the host, sorted by the caller."""
+
+    x: np.ndarray
+    reference: np.ndarray
+    cost: np.ndarray
+
+    def take(self, index: np.ndarray) -> "Starts":
+        """The points at `index`, in that order."""
+        return Starts(self.x[index], self.reference[index], self.cost[index])
+
+
+def solve(
+    problem: Problem,
+    parameters: Parametrization,
+    stage: Stage,
+    x: np.ndarray,
+    reference: np.ndarray,
+    weight: np.ndarray,
+) -> Point:
+    """Minima of any number of starts as whole points, which are large: for a few of them."""
+    return _solve(problem, parameters, stage, x, reference, weight, lambda point: point)
+
+
+def advance(problem: Problem, parameters: Parametrization, stage: Stage, starts: Starts, weight: np.ndarray) -> Starts:
+    """Where any number of starts end, and at what cost."""
+    points = _solve(
+        problem,
+        parameters,
+        stage,
+        starts.x,
+        starts.reference,
+        weight,
+        lambda point: (point.x, point.reference, point.cost),
+    )
+    return Starts(*points)
+
+
+def _solve(problem, parameters, stage, x, reference, weight, select: Callable[[Point], Any]) -> Any:
+    """What `select` takes of the minima of any number of starts.
+
+    Chunks of fixed shape, padded with copies of the first start, on two threads.
+
+    `weight` is [samples channels] or [starts samples channels]; samples after the stage's arc are left out here.
+    """
+    count = len(x)
+    inside = np.arange(weight.shape[-2]) <= stage.last_sample
+    weight = np.broadcast_to(weight * inside[:, None], (count, len(inside), weight.shape[-1]))
+    order = np.concatenate([np.arange(count), np.zeros(-count % CHUNK, dtype=int)])
+    common = (problem, parameters, stage.solver, _settings(problem, stage), parameters.bounds())
+
+    def run(part):
+        return jax.device_get(select(solve_chunk(*common, x[part], reference[part], weight[part])))
+
+    # XLA runs a program of this size on one core and releases the GIL: two threads use two cores.
+    with ThreadPoolExecutor(2) as pool:
+        points = list(pool.map(run, np.split(order, len(order) // CHUNK)))
+    return jax.tree.map(lambda *leaves: np.concatenate(leaves)[:count], *points)
+
+
+def compile_solvers(problem: Problem, parameters: Parametrization, solver: str) -> list[Future | None]:
+    """Starts the compilation of what growing arcs and refinement by `solver` need in the background.
+
+    See `Stored.compile`.
+    """
+    unknowns, samples = len(parameters.names), len(problem.valid)
+    settings = _settings(problem, Stage(0, 1, 0, 1.0, np.zeros(unknowns, bool)))
+    starts = (np.zeros((CHUNK, unknowns)), np.zeros((CHUNK, 4)), np.zeros((CHUNK, samples, problem.channels)))
+    common = (settings, parameters.bounds(), *starts)
+    return [solve_chunk.compile(problem, parameters, name, *common) for name in dict.fromkeys((Stage.solver, solver))]
+
+
+def _settings(problem: Problem, stage: Stage) -> Settings:
+    steps = int(np.asarray(problem.grid.sample_index)[stage.last_sample])
+    return Settings(
+        blocks=np.asarray(-(-steps // BLOCK)),
+        iterations=np.asarray(stage.iterations * EVALUATIONS[stage.solver]),
+        robust_scale=np.asarray(float(stage.robust_scale)),
+        tail=np.asarray(float(stage.tail)),
+        ceiling=np.asarray(float(stage.ceiling)),
+        active=np.asarray(stage.active),
+    )
+
+
+def distinct(points: Starts, *, attitude: float, rate: float) -> np.ndarray:
+    """Indices of points, best first, that differ from every better one by an attitude [rad] or a rate [x units]."""
+    finite = np.flatnonzero(np.isfinite(points.cost))
+    order = finite[np.argsort(points.cost[finite], kind="stable")]
+    kept: list[int] = []
+    for k in order:
+        others = np.array(kept, dtype=int)
+        overlap = np.abs(points.reference[others] @ points.reference[k])
+        angle = 2.0 * np.arccos(np.minimum(overlap, 1.0))
+        spread = np.linalg.norm(points.x[others, 3:6] - points.x[k, 3:6], axis=-1)
+        if not np.any((angle < attitude) & (spread < rate)):
+            kept.append(int(k))
+    return np.array(kept, dtype=int)
+
+
+def grow(
+    problem: Problem,
+    parameters: Parametrization,
+    schedule: list[Stage],
+    starts: Starts,
+    weight: np.ndarray,
+    progress: Progress,
+) -> Starts:
+    """Survivors of the whole schedule, best first, near-identical ones merged.
+
+    Raises `InputError` where no start has a finite cost.
+    """
+    for number, stage in enumerate(schedule):
+        progress("growing arcs", number, len(schedule))
+        kept = starts.take(np.arange(min(stage.keep, len(starts.cost))))
+        starts = advance(problem, parameters, stage, kept, weight)
+        starts = starts.take(distinct(starts, attitude=2e-3, rate=2e-3))
+        if len(starts.cost) == 0:
+            raise InputError("no start gives finite currents: the nominal satellite or the noise is out of all range")
+        if number > 0:
+            starts = starts.take(np.flatnonzero(starts.cost <= HOPELESS[0] * starts.cost[0] + HOPELESS[1]))
+    progress("growing arcs", len(schedule), len(schedule))
+    return starts

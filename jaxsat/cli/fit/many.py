@@ -1,0 +1,104 @@
+"""Fits several files: a directory for each, one summary for all, and no failure stops the rest."""
+
+import os
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from jaxsat.cli.fit.command import Clock, Outcome, fit_one
+from jaxsat.errors import InputError
+
+if TYPE_CHECKING:
+    from jaxsat.cli.settings.sections import Config
+
+SCHEMA = "jaxsat.fit-summary/1"
+STATUSES = ("converged", "ambiguous", "not_converged", "failed")
+
+
+def fit_many(
+    files: list[Path],
+    out: Path,
+    settings: "Config",
+    *,
+    clock: Clock,
+    plots: bool,
+    profiles: tuple[str, ...] = (),
+) -> int:
+    """Fits each file into out/STEM, writes out/summary.json and returns the worst exit status.
+
+    Worst is bad input (1), then not converged (3). Each directory is whole or absent, whenever the run is stopped.
+    Raises `InputError` where not even the summary can be written.
+    """
+    from jaxsat.cli.shared.terminal import files_summary, show
+
+    outcomes = []
+    for number, (path, name) in enumerate(zip(files, directory_names(files), strict=True)):
+        own = clock if number == 0 else Clock(time.perf_counter(), 0.0)
+        outcomes.append(_attempt(path, out / name, settings, clock=own, plots=plots, profiles=profiles))
+    _write_summary(out, outcomes, time.perf_counter() - clock.began)
+    show(files_summary([(o.telemetry, o.status, o.message) for o in outcomes]), f"results in {out}")
+    found = {outcome.exit_status for outcome in outcomes}
+    return next((status for status in (1, 3) if status in found), 0)
+
+
+def directory_names(files: list[Path]) -> list[str]:
+    """Returns a directory name for each file: its stem, with -2, -3 ... where an earlier one has it already."""
+    names: list[str] = []
+    for path in files:
+        stem, number = path.stem or path.name, 1
+        while (name := stem if number == 1 else f"{stem}-{number}") in names:
+            number += 1
+        names.append(name)
+    return names
+
+
+def _attempt(
+    path: Path, directory: Path, settings: "Config", *, clock: Clock, plots: bool, profiles: tuple[str, ...]
+) -> Outcome:
+    try:
+        return fit_one(path, directory, settings, clock=clock, plots=plots, profiles=profiles, quiet=True)
+    except InputError as error:
+        message = str(error)
+    # A defect that one file brings to light must not cost the others their night's run.
+    except Exception as error:
+        message = f"{path}: unexpected {type(error).__name__}: {' '.join(str(error).split())}"
+    print(f"jaxsat: error: {message}", file=sys.stderr)
+    return Outcome(str(path), directory, "failed", message, {})
+
+
+def _write_summary(out: Path, outcomes: list[Outcome], total_s: float) -> None:
+    from jaxsat.cli.shared.output import json_text, plain
+
+    counts = Counter(outcome.status for outcome in outcomes)
+    document = {
+        "schema": SCHEMA,
+        "files": [
+            {
+                "telemetry": o.telemetry,
+                "directory": o.directory.name if o.status != "failed" else None,
+                "status": o.status,
+                "message": o.message,
+                **{name: o.numbers.get(name) for name in ("chi2", "dof", "residual_rms_mA")},
+            }
+            for o in outcomes
+        ],
+        "counts": {status: counts[status] for status in STATUSES},
+        "timing_s": {"total": total_s},
+    }
+    text = json_text(plain(document)[0])
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=".summary-", dir=out)
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8") as stream:
+                stream.write(text)
+            Path(name).chmod(0o644)
+            Path(name).replace(out / "summary.json")
+        except BaseException:
+            Path(name).unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        raise InputError(f"cannot write summary.json here: {error.strerror}", file=out) from None

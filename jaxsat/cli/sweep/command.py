@@ -1,0 +1,170 @@
+"""`jaxsat sweep`: many random cases of a scenario, in chunks that survive anything, summed up at the end."""
+
+import re
+import time
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import CycloptsError, Parameter, validators
+
+from jaxsat.cli.shared.options import whole_number
+from jaxsat.cli.sweep.scenarios import SCENARIOS, address_of
+
+CASES, SEED = 1000, 0
+LARGEST = 10**9
+"""Case numbers stay below what a random key can tell apart, 2^32."""
+
+
+def _check_scenario(_: Any, value: str | None) -> None:
+    if value is not None:
+        address_of(value)
+
+
+def _check_options(_: Any, value: list[str] | None) -> None:
+    for text in value or ():
+        if not re.fullmatch(r"[^=\s]+=.+", text):
+            raise ValueError(f'Expected NAME=VALUE, got "{text}".')
+    names = [text.partition("=")[0] for text in value or ()]
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
+        raise ValueError(f"{twice[0]} is set more than once.")
+
+
+def _shard(text: str) -> tuple[int, int]:
+    found = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
+    part, parts = (int(found[1]), int(found[2])) if found else (0, 0)
+    if not 1 <= part <= parts:
+        raise ValueError(f'Expected I/N with I from 1 to N, as 2/8, got "{text}".')
+    return part, parts
+
+
+def _check_shard(_: Any, value: str | None) -> None:
+    if value is not None:
+        _shard(value)
+
+
+def sweep(
+    scenario: Annotated[
+        str | None,
+        Parameter(
+            help="One of "
+            + "; ".join(f"{name}: {entry.summary}" for name, entry in SCENARIOS.items())
+            + ". Or module:factory of your own. Without it, all scenarios are listed with their options.",
+            validator=_check_scenario,
+        ),
+    ] = None,
+    /,
+    *,
+    cases: Annotated[
+        int | None,
+        Parameter(
+            help=f"Number of cases. With --resume a sweep may grow. [default: {CASES}, or that of the sweep resumed]",
+            converter=whole_number,
+            validator=validators.Number(gte=1, lte=LARGEST),
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None,
+        Parameter(
+            help=f"Seed of all random numbers. [default: {SEED}, or that of the sweep resumed]",
+            converter=whole_number,
+            validator=validators.Number(gte=0, lt=2**32),
+        ),
+    ] = None,
+    options: Annotated[
+        list[str] | None,
+        Parameter(
+            name="--set",
+            help="NAME=VALUE: an option of the scenario; repeatable.",
+            negative=(),
+            validator=_check_options,
+        ),
+    ] = None,
+    out: Annotated[Path, Parameter(help="Directory for the results.")] = Path("jaxsat-sweep"),
+    resume: Annotated[bool, Parameter(help="Finish the sweep in DIR: run what is missing.", negative=())] = False,
+    shard: Annotated[
+        str | None,
+        Parameter(
+            help="I/N, as 2/8: run only this part of the chunks; all parts write into one DIR, at any time and on any "
+            "machine. Whoever finishes last writes the results.",
+            validator=_check_shard,
+        ),
+    ] = None,
+    case: Annotated[
+        int | None,
+        Parameter(
+            help="Run this case alone and write its whole history to DIR/case-K.",
+            converter=whole_number,
+            validator=validators.Number(gte=0, lt=LARGEST),
+        ),
+    ] = None,
+    engine: Annotated[
+        Literal["local", "dask"], Parameter(help="Threads of this process, or dask.distributed.")
+    ] = "local",
+    workers: Annotated[
+        int | None,
+        Parameter(
+            help="Number of threads, or of dask's processes. [default: one a core]",
+            converter=whole_number,
+            validator=validators.Number(gte=1, lte=4096),
+        ),
+    ] = None,
+    scheduler: Annotated[
+        str | None, Parameter(help="Address of a running dask scheduler. [default: a cluster on this machine]")
+    ] = None,
+    plots: Annotated[bool, Parameter(help="Draw pictures.")] = True,
+) -> int:
+    """Run many random cases of a scenario and sum them up.
+
+    Writes cases.parquet (one row a case), summary.json and distributions.png.
+    Finished chunks of cases are kept in DIR/chunks: whatever stops a sweep,
+    --resume finishes it. Case K of a seed is the same case in every sweep.
+
+    Exit status: 0 done (cases that failed are results), 1 bad input,
+    2 wrong usage.
+
+    Example: jaxsat sweep gravity-gradient --cases 2000 --seed 1 --out tilts
+
+    Example: jaxsat sweep gravity-gradient --out tilts --case 17
+
+    Example: jaxsat sweep gravity-gradient --set rate_deg_s=0.1 --shard 1/4
+    """
+    if scenario is None:
+        _list_scenarios()
+        return 0
+    _check_together(case, shard, resume, engine, scheduler)
+    began = time.perf_counter()
+    from jaxsat.cli.sweep.case import write_case
+    from jaxsat.cli.sweep.request import Request
+    from jaxsat.cli.sweep.run import SweepRun
+
+    given = dict(text.split("=", 1) for text in options or ())
+    request = Request(scenario, cases, seed, given, out, from_stored=resume or case is not None)
+    source, made, plan = request.resolve()
+    imported = time.perf_counter() - began
+    if case is not None:
+        return write_case(made, plan, out, case)
+    part = _shard(shard) if shard else (1, 1)
+    run = SweepRun(source, made, plan, out, part, engine, workers, scheduler, request.resuming)
+    return run.carry_out(resume=resume, imported=imported, began=began, plots=plots)
+
+
+def _check_together(case: int | None, shard: str | None, resume: bool, engine: str, scheduler: str | None) -> None:
+    if case is not None and (shard or resume or engine != "local"):
+        raise CycloptsError(msg="--case runs one case: it goes with none of --shard, --resume, --engine.")
+    if scheduler is not None and engine != "dask":
+        raise CycloptsError(msg="--scheduler is dask's: add --engine dask.")
+
+
+def _list_scenarios() -> None:
+    from jaxsat.cli.shared.terminal import plain_table, show
+    from jaxsat.sweep.source import factory
+
+    for name, entry in SCENARIOS.items():
+        table = plain_table("option", "default", "meaning")
+        made = factory(entry.address)
+        for option in made.options:
+            table.add_row(option.name, option.default, option.meaning)
+        assumed = "".join(f"\n  assumed: {sentence}" for sentence in made.assumptions)
+        show(f"{name}: {entry.summary}", table, *([assumed.lstrip("\n") + "\n"] if assumed else []))
+    show(f"Example: jaxsat sweep {next(iter(SCENARIOS))} --cases 2000 --seed 1 --out results")

@@ -1,0 +1,89 @@
+"""search.html: one Earth search with its time to slide, the sky as the spacecraft sees it, signals and thresholds."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+PAGE = "search.html"
+COLOURS = ("#c2410c", "#1d63b8", "#2e8b3d", "#7c3aed")
+
+
+def search_page(
+    options: Mapping[str, str],
+    case: Any,
+    samples: Any,
+    t_s: np.ndarray,
+    png: bytes,
+    *,
+    title: str,
+    subtitle: str,
+) -> str:
+    """Returns the page of one case.
+
+    `case` is the `SearchCases` of it alone, `samples` its `SearchSample` with the steps in front, at the times `t_s`;
+    `png` is its picture for whoever has no script.
+    """
+    from jaxsat.control.earth_search.law import TRACK
+    from jaxsat.report import Live, Picture, Remarks, page
+    from jaxsat.sweep.scenarios.earth_search import ASSUMPTIONS
+
+    mode = np.asarray(samples.mode)
+    begins = np.flatnonzero((mode == TRACK) & (np.concatenate([[0], mode[:-1]]) != TRACK))
+    off_deg = float(np.degrees(samples.error[-1]))
+    if mode[-1] == TRACK:
+        verdict, text = "good", "Tracks the Earth."
+        message = f"For good from {t_s[begins[-1]]:.0f} s on; {off_deg:.2f} deg off at the end."
+    else:
+        verdict, text = "bad", "Does not track the Earth at the end."
+        message = f"Began to track {len(begins)} times; {off_deg:.1f} deg off at the end."
+    picture = Picture(title, png, "angles, presence, first harmonics, rates and mode over time")
+    return page(
+        title,
+        subtitle=subtitle,
+        verdict=verdict,
+        verdict_text=text,
+        message=message,
+        sections=[
+            Live("search", "Sky about body z, seen from the spacecraft", picture),
+            Remarks("Assumed", ASSUMPTIONS),
+        ],
+        data=page_data(options, case, samples, t_s),
+        script="search",
+    )
+
+
+def page_data(options: Mapping[str, str], case: Any, samples: Any, t_s: np.ndarray) -> dict[str, Any]:
+    """Returns what the script draws from, angles in degrees."""
+    from jaxsat.control.earth_search.law import SENSORS
+
+    sensor = case.craft.sensor
+    rates = np.degrees(np.asarray(samples.angular_velocity)[:, :2])
+    return {
+        "sensors": [{"name": name, "colour": colour} for name, colour in zip(SENSORS, COLOURS, strict=True)],
+        "disk_deg": float(np.degrees(case.scene.disk[0])),
+        "cone_deg": float(np.degrees(sensor.cone_angle)),
+        "amplitude_deg": float(np.degrees(sensor.amplitude)),
+        "threshold": float(sensor.threshold),
+        "search_rate_deg_s": float(max(np.abs(rates).max(), 1e-6)),
+        "moon": options["moon"] == "yes",
+        "sun": options["sun"] != "none",
+        "shadow_s": [],
+        "samples": {
+            "t_s": t_s.tolist(),
+            "nadir": _rounded(samples.nadir_body, 4),
+            "sun": _rounded(samples.sun_body, 3),
+            "moon": _rounded(samples.moon_body, 3),
+            "azimuths": _rounded(samples.azimuths, 3),
+            "present": np.asarray(samples.present).astype(int).tolist(),
+            "first": _rounded(samples.first, 2),
+            "mode": np.asarray(samples.mode).tolist(),
+            "direction": np.sign(np.asarray(samples.direction)).astype(int).tolist(),
+            "rate_deg_s": _rounded(rates, 4),
+            "error_deg": _rounded(np.degrees(samples.error), 3),
+        },
+    }
+
+
+def _rounded(values: Any, digits: int) -> list:
+    return np.round(np.asarray(values, float), digits).tolist()

@@ -1,0 +1,121 @@
+"""What a sweep leaves when all of its chunks are there, and what the terminal shows of it."""
+
+import json
+import math
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from jaxsat.cli.shared.output import json_text, plain
+from jaxsat.cli.shared.terminal import plain_table
+from jaxsat.cli.sweep.progress import rate_text
+from jaxsat.significant import count_text, spans_text, unit_text, value_text
+from jaxsat.sweep import MetricSummary, Scenario, SweepPlan, merge_cases, summarise, write_whole
+from jaxsat.sweep.summary import document
+
+SPANS = 8
+"""Runs of case numbers shown of each way to fail."""
+
+
+def finish(
+    scenario: Scenario,
+    plan: SweepPlan,
+    directory: Path,
+    *,
+    ran: int,
+    timing: dict[str, float],
+    began: float,
+    plots: bool,
+) -> tuple[dict[str, Any], np.ndarray]:
+    """Merges the chunks and writes cases.parquet, distributions.png and summary.json.
+
+    `ran` is the number of cases that this process ran in `timing["run"]` seconds; it began at `began` (perf_counter).
+    Returns the summary's content and the
+    status numbers [cases].
+    """
+    begin = time.perf_counter()
+    status = merge_cases(scenario, plan, directory)
+    metrics = summarise(scenario, directory, status)
+    if plots:
+        png = draw(metrics, plan, status)
+        write_whole(directory / "distributions.png", lambda stream: stream.write(png))
+    else:
+        (directory / "distributions.png").unlink(missing_ok=True)
+    merge_s = time.perf_counter() - begin
+    timing = {**timing, "merge": merge_s, "total": time.perf_counter() - began}
+    earlier = _earlier(directory / "summary.json") if ran == 0 else None
+    own = {"timing_s": timing, "cases_per_s": ran / timing["run"] if ran else 0.0, "cases_run": ran}
+    content, _ = plain(document(scenario, plan, status, metrics, **(earlier or own)))
+    write_whole(directory / "summary.json", lambda stream: stream.write(json_text(content).encode()))
+    return content, status
+
+
+def _earlier(path: Path) -> dict[str, Any] | None:
+    """How long the run took that a summary tells of, for one that only merged again."""
+    try:
+        found = json.loads(path.read_text("utf-8"))
+        return {key: found[key] for key in ("timing_s", "cases_per_s", "cases_run")}
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def draw(metrics: list[MetricSummary], plan: SweepPlan, status: np.ndarray) -> bytes:
+    """Returns the histograms as PNG."""
+    from jaxsat.plotting import png_bytes
+    from jaxsat.plotting.distributions import draw_distributions
+
+    failed = int(np.count_nonzero(status))
+    subtitle = f"{count_text(plan.cases, 'case')}, seed {plan.seed}, {failed} failed"
+    return png_bytes(draw_distributions(metrics, title=plan.scenario, subtitle=subtitle))
+
+
+def sweep_summary(content: dict[str, Any], status: np.ndarray) -> RenderableType:
+    """Returns how many cases succeeded, the metrics, and which cases failed in which way."""
+    failed = content["cases"] - content["succeeded"]
+    header = Text.assemble(
+        (content["scenario"], "bold"),
+        f": {count_text(content['cases'], 'case')}, seed {content['seed']}, ",
+        (f"{content['succeeded']} succeeded", "bold green"),
+        ", ",
+        (f"{failed} failed", "bold red" if failed else ""),
+    )
+    metrics = plain_table("metric", "5 %", "50 %", "95 %", "max", "unit", "without", right=(1, 2, 3, 4, 6))
+    for name, m in content["metrics"].items():
+        numbers = (_text(m[key]) for key in ("p05", "p50", "p95", "max"))
+        metrics.add_row(name, *numbers, unit_text(m["unit"]), str(m["missing"] or ""))
+    parts: list[RenderableType] = [header, metrics]
+    if failed:
+        table = plain_table("failed because", "cases", "which", right=(1,))
+        for code, (name, count) in enumerate(content["statuses"].items()):
+            if code and count:
+                table.add_row(
+                    name.replace("_", " "), str(count), spans_text(np.flatnonzero(status == code).tolist(), SPANS)
+                )
+        parts.append(table)
+    facts = Table.grid(padding=(0, 2))
+    if content["options"]:
+        facts.add_row(Text("options", style="dim"), ", ".join(f"{k} = {v}" for k, v in content["options"].items()))
+    seconds = ", ".join(f"{name.replace('_', ' ')} {value:.1f} s" for name, value in content["timing_s"].items())
+    facts.add_row(Text("time", style="dim"), seconds)
+    if content["cases_run"]:
+        facts.add_row(Text("rate", style="dim"), f"{rate_text(content['cases_per_s'])}, compilation included")
+    return Group(*parts, facts)
+
+
+def case_summary(content: dict[str, Any]) -> RenderableType:
+    """Returns status and metrics of a single case."""
+    ended = content["status"].replace("_", " ")
+    header = Text.assemble((content["scenario"], "bold"), f": case {content['case']}, seed {content['seed']}: {ended}")
+    table = plain_table("metric", "value", "unit", right=(1,))
+    for name, m in content["metrics"].items():
+        table.add_row(name, _text(m["value"]), unit_text(m["unit"]))
+    return Group(header, table)
+
+
+def _text(value: float | None) -> str:
+    return "none" if value is None or not math.isfinite(value) else value_text(value, 4)

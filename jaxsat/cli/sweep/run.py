@@ -1,0 +1,104 @@
+"""Runs what is missing of a sweep, or of a shard of it, and writes the results when nothing is."""
+
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from jaxsat.cli.shared.terminal import show
+from jaxsat.cli.sweep.files import finish, sweep_summary
+from jaxsat.cli.sweep.progress import SweepProgress
+from jaxsat.sweep import (
+    ChunkDone,
+    Scenario,
+    Source,
+    SweepPlan,
+    chunk_path,
+    claim,
+    find_missing,
+    read_plan,
+    run_dask,
+    run_local,
+)
+from jaxsat.sweep.chunks import count_absent
+
+
+@dataclass(frozen=True)
+class SweepRun:
+    """A sweep, or a shard of one, as it is to be run."""
+
+    source: Source
+    scenario: Scenario
+    plan: SweepPlan
+    out: Path
+    shard: tuple[int, int]
+    engine: str
+    workers: int | None
+    scheduler: str | None
+    resuming: str
+
+    def carry_out(self, *, resume: bool, imported: float, began: float, plots: bool) -> int:
+        """Runs what is missing, and merges where that was the last."""
+        if resume and read_plan(self.out) is None:
+            print(f"jaxsat: {self.out} holds no sweep yet: beginning it", file=sys.stderr)
+        begun = claim(self.out, self.plan, resume=resume, shard=self.shard)
+        other = [f"{name} {old}" for name, old in begun.versions.items() if self.plan.versions.get(name) != old]
+        if other:
+            print(f"jaxsat: warning: begun with {', '.join(other)}: last digits may differ", file=sys.stderr)
+        own = self.plan.shard(*self.shard)
+        begin = time.perf_counter()
+        missing, rejected = find_missing(self.scenario, self.plan, self.out, own)
+        for path, reason in rejected:
+            print(f"jaxsat: warning: {path}: {reason}; it is run again", file=sys.stderr)
+        if len(missing) < len(own):
+            print(f"jaxsat: {len(own) - len(missing)} of {len(own)} chunks are there already", file=sys.stderr)
+        timing = {"import": imported, "verify": time.perf_counter() - begin}
+        ran, timing_of_run = self._run(missing)
+        timing = {**timing, **timing_of_run}
+
+        absent = count_absent(self.plan, self.out)
+        if absent:
+            print(
+                f"{self.plan.scenario}: {absent} of {self.plan.chunks} chunks are still missing: other shards have to"
+            )
+            print(f"run, or one run of all: {self.resuming}")
+            return 0
+        content, status = finish(self.scenario, self.plan, self.out, ran=ran, timing=timing, began=began, plots=plots)
+        show(sweep_summary(content, status), f"\nresults in {self.out}")
+        return 0
+
+    def _run(self, missing: list[int]) -> tuple[int, dict[str, float]]:
+        """Runs chunks; returns the number of their cases and how long the first one and all of them took [s]."""
+        cases = sum(self.plan.rows(number) for number in missing)
+        begin, first = time.perf_counter(), []
+        try:
+            with SweepProgress(self.plan.scenario, cases) as progress:
+
+                def on_done(done: ChunkDone) -> None:
+                    if not first:
+                        first.append(time.perf_counter() - begin)
+                    progress(done.cases, done.failed)
+
+                common = {"on_done": on_done, "workers": self.workers}
+                if self.engine == "dask":
+                    run_dask(self.source, self.plan, self.out, missing, scheduler=self.scheduler, **common)
+                else:
+                    run_local(self.source, self.plan, self.out, missing, on_interrupt=_say_waiting, **common)
+        except (KeyboardInterrupt, SystemExit) as stop:
+            message = self._stopped(missing)
+            if isinstance(stop, KeyboardInterrupt):
+                raise KeyboardInterrupt(message) from None
+            print(f"jaxsat: {message}", file=sys.stderr)
+            raise
+        return cases, {"first_chunk": sum(first, 0.0), "run": time.perf_counter() - begin}
+
+    def _stopped(self, missing: list[int]) -> str:
+        own = self.plan.shard(*self.shard)
+        left = sum(not chunk_path(self.out, number).exists() for number in missing)
+        shard = "" if self.shard[1] == 1 else f" --shard {self.shard[0]}/{self.shard[1]}"
+        kept = f"{len(own) - left} of {len(own)} chunks are kept"
+        return f"interrupted; {kept}; resume with: {self.resuming}{shard}"
+
+
+def _say_waiting() -> None:
+    print("\njaxsat: finishing the chunks under way", file=sys.stderr, flush=True)

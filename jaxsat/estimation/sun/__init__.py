@@ -1,0 +1,1 @@
+"""The Sun's direction from the currents of a pyramid Sun sensor: as published, all candidates, followed, filtered."""

@@ -1,0 +1,219 @@
+"""Earth search with four horizon sensors: how long it takes from any attitude, if it ends (Melnikov et al. 2022).
+
+A case has succeeded where it tracks the Earth at the end of the simulated time, with body z near the nadir, and has for
+30 control periods; its search time is when tracking began for good. What decides the result is assumed: `ASSUMPTIONS`.
+"""
+
+import dataclasses
+import functools
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, case_keys
+
+if TYPE_CHECKING:
+    from jaxsat.control.earth_search.loop import SearchCases, SearchSample, SearchSettings
+
+NAME = "earth-search"
+Size = Literal["large", "small"]
+Strategy = Literal["published", "fast", "guarded"]
+STATUSES = ("succeeded", "never tracked", "lost again", "false capture", "diverged", "only just captured")
+METRICS = {
+    "search_time_s": Metric("s", "until tracking began for good; none in a case that does not track at the end"),
+    "first_capture_s": Metric("s", "until all four sensors signalled for the first time"),
+    "first_signal_s": Metric("s", "until any sensor signalled"),
+    "captures": Metric("1", "how often tracking began"),
+    "final_error_deg": Metric("deg", "angle between body z and the nadir at the end"),
+    "final_rate_deg_s": Metric("deg/s", "angular rate at the end, of the orbit's own turn too"),
+}
+LIMIT_S = 1200.0
+"""Melnikov et al. 2022: the search never takes longer."""
+ASSUMPTIONS = (
+    "presence inside the disk, which the paper leaves open: by the brightness met there (inside=)",
+    "presence goes by the size of the first harmonic, whatever its phase",
+    "while tracking, the drift of the vertical is learnt from outputs and gyros (tracking=)",
+    "the sensors' angle fits 800 km (mounting_deg=), and the altitude is known on board",
+    "accelerations and lags of 0.005 deg/s2, 20 s (large) and 0.2 deg/s2, 2 s (small)",
+    "mean brightness uniform in 25 to 60 W/(m2 sr), 15 % of it locally over 700 km, never below 25",
+    "a spare stands 30 deg in azimuth beside its sensor; Sun and Moon stand still, the orbit is circular",
+)
+"""What decides the result and is not in the paper, or is left open there."""
+OPTIONS = (
+    Option("spacecraft", "large", "large: 0.25 and 0.1 deg/s; small: 2 and 0.8 deg/s"),
+    Option(
+        "strategy",
+        "published",
+        "published; fast: approach and corrections at the rate of the search; guarded: that, and turns that lead "
+        "nowhere are given up",
+    ),
+    Option("tracking", "drift", "drift: the vertical's motion is learnt; published: 0.01 deg/s and nothing else"),
+    Option(
+        "inside", "brightness", "presence inside the disk: brightness: as the sensors have it; always, never, random"
+    ),
+    Option("altitude_km", "800", "of the circular orbit"),
+    Option("altitude_spread_km", "0", "to both sides of it, uniform"),
+    Option("brightness", "random", "random: field of 15 %, 700 km, about 25 to 60 W/(m^2 sr); even: 60 everywhere"),
+    Option("moon", "yes", "yes or no: the Moon of a random date"),
+    Option("sun", "blocked", "none; blocked: a struck sensor is replaced by its spare; unblocked"),
+    Option("failure", "none", "of one sensor: replaced: known, its spare in use; silent or stuck: unknown"),
+    Option("max_rate_deg_s", "0.05", "largest rate of each axis at the start"),
+    Option("mounting_deg", "62.677811", "of the sensors from the axis; 0: the horizon's angle at altitude_km"),
+    Option("start_axis_deg", "0", "of the search rotation in the plane of x and y, from x: 45 is the diagonal"),
+    Option("search_rate_deg_s", "0", "0: that of the spacecraft"),
+    Option("approach_rate_deg_s", "0", "0: that of the spacecraft and the strategy"),
+    Option("time_s", "0", "simulated time; 0: 3600 of a large spacecraft, 900 of a small one"),
+    Option("period_s", "0", "control period; 0: 4 of a large spacecraft, 0.5 of a small one"),
+)
+CHUNK = 1000
+HELD_PERIODS = 30
+"""For which the Earth must have been tracked at the end: the published search loses most captures sooner."""
+CAPTURED_DEG = 20.0
+"""Error at the end beyond which it is not the Earth's middle that is tracked."""
+
+
+@functools.lru_cache(maxsize=4)
+def _program(options: tuple[tuple[str, str], ...]):
+    """What the options say: settings, law, number of steps, field, `draw(keys)`, and the compiled `run(cases)`."""
+    import jax
+    import jax.numpy as jnp
+
+    from jaxsat.constants import EARTH_RADIUS_MEAN
+    from jaxsat.control.earth_search.draw import Failure, SearchDraw, draw_cases
+    from jaxsat.control.earth_search.loop import SearchSettings, time_steps
+    from jaxsat.control.earth_search.sensing import Inside, SunChoice
+    from jaxsat.control.earth_search.vehicle import search_law
+    from jaxsat.environment.albedo.infrared import random_brightness
+
+    reader = Reader(dict(options))
+    number, choice = reader.number, reader.choice
+    size, strategy = choice("spacecraft", Size), choice("strategy", Strategy)
+    period = number("period_s", low=0.0, high=30.0) or {"large": 4.0, "small": 0.5}[size]
+    settings = SearchSettings(
+        period_s=period,
+        inside=choice("inside", Inside),
+        sun=choice("sun", SunChoice),
+        moon=choice("moon", Literal["yes", "no"]) == "yes",
+    )
+    altitude = number("altitude_km", low=150.0, high=5000.0)
+    spread = number("altitude_spread_km", low=0.0, high=altitude - 150.0)
+    mounting = math.radians(number("mounting_deg", low=0.0, high=85.0))
+    mounting = mounting or math.asin(EARTH_RADIUS_MEAN / (EARTH_RADIUS_MEAN + 1e3 * altitude))
+    even = choice("brightness", Literal["random", "even"]) == "even"
+    drawn = SearchDraw(
+        size=size,
+        altitude_km=altitude,
+        altitude_spread_km=spread,
+        max_rate_deg_s=number("max_rate_deg_s", low=0.0, high=1.0),
+        failure=choice("failure", Failure),
+        even=even,
+        mounting=mounting,
+    )
+    law = search_law(size, strategy)
+    search = math.radians(number("search_rate_deg_s", low=0.0, high=5.0)) or float(law.search_rate)
+    approach = math.radians(number("approach_rate_deg_s", low=0.0, high=5.0))
+    approach = approach or (float(law.approach_rate) if strategy == "published" else search)
+    axis = math.radians(number("start_axis_deg", low=-180.0, high=180.0))
+    learns = choice("tracking", Literal["drift", "published"]) == "drift"
+    changed = {
+        "search_rate": search,
+        "approach_rate": approach,
+        "track_rate": float(law.track_rate) if strategy == "published" else approach,
+        # A turn about x moves z along y.
+        "search_direction": jnp.array([math.sin(axis), math.cos(axis)]),
+        "drift_gain": float(law.drift_gain) if learns else 0.0,
+    }
+    law = dataclasses.replace(law, **changed)
+    time = number("time_s", low=0.0, high=1e5) or {"large": 3600.0, "small": 900.0}[size]
+    steps = time_steps(time, settings)
+    field = None if even else random_brightness(0)
+    draw = jax.jit(functools.partial(draw_cases, drawn))
+    run = functools.partial(_compiled(settings, steps, even), law)
+    return settings, law, steps, field, draw, run
+
+
+@functools.lru_cache(maxsize=8)
+def _compiled(settings: "SearchSettings", steps: int, even: bool):
+    """The compiled `run(law, cases)`, which every law shares."""
+    import jax
+
+    from jaxsat.control.earth_search.loop import run_cases
+    from jaxsat.environment.albedo.infrared import random_brightness
+    from jaxsat.math.one_function import first_that_compiles, in_one_function
+
+    field = None if even else random_brightness(0)
+    # The compiler prefers half of a 512-bit register; narrower processors do not mind.
+    wide = {"xla_cpu_prefer_vector_width": 512} if jax.default_backend() == "cpu" else None
+
+    def searched(law, cases):
+        return run_cases(settings, law, cases, steps, field)
+
+    def program(run):
+        hold = HELD_PERIODS * settings.period_s
+        return jax.jit(lambda law, cases: outcome(run(law, cases), hold), compiler_options=wide)
+
+    return first_that_compiles(program(in_one_function(searched)), program(searched))
+
+
+def outcome(state: Any, hold_s: float) -> dict[str, Any]:
+    """Status and metrics of cases, from their final `SearchState`; tracked is what has been for `hold_s`."""
+    import jax
+    import jax.numpy as jnp
+
+    from jaxsat.control.earth_search.law import TRACK
+    from jaxsat.math import angle_between, quaternion, safe_norm
+
+    def error(q, up):
+        return angle_between(quaternion.rotate_inverse(q, -up), jnp.array([0.0, 0.0, 1.0]))
+
+    off = jnp.degrees(jax.vmap(error)(state.quaternion, state.up))
+    tracking, ever = state.memory.mode == TRACK, jnp.isfinite(state.first_capture)
+    sound = jnp.isfinite(off) & jnp.all(jnp.isfinite(state.angular_velocity), axis=1)
+    long = state.time - state.last_capture >= hold_s
+    captured = jnp.where(off < CAPTURED_DEG, jnp.where(long, 0, 5), 3)
+    status = jnp.where(tracking, captured, jnp.where(ever, 2, 1))
+    held = status == 0
+    found = {
+        "search_time_s": jnp.where(held, state.last_capture, jnp.nan),
+        "first_capture_s": state.first_capture,
+        "first_signal_s": state.first_signal,
+        "captures": state.captures,
+        "final_error_deg": off,
+        "final_rate_deg_s": jnp.degrees(safe_norm(state.angular_velocity)),
+    }
+    found = {name: jnp.where(sound & jnp.isfinite(value), value, jnp.nan) for name, value in found.items()}
+    return {"status": jnp.where(sound, status, 4), **found}
+
+
+def _build(options: Mapping[str, str]) -> Scenario:
+    import jax
+
+    program = tuple(options.items())
+    # Whatever is wrong with the options is said before anything is compiled.
+    _program(program)
+
+    def run(seed: int, cases: np.ndarray) -> dict[str, np.ndarray]:
+        *_, draw, run_drawn = _program(program)
+        return jax.device_get(run_drawn(draw(case_keys(seed, cases))))
+
+    return Scenario(NAME, STATUSES, METRICS, CHUNK, run)
+
+
+make = Factory(_build, OPTIONS, ASSUMPTIONS)
+
+
+def history(options: Mapping[str, str], seed: int, case: int) -> "tuple[SearchSettings, SearchCases, SearchSample]":
+    """One case again: what the options set, the case by itself, and its history [steps ...].
+
+    Alone, so that where a threshold is nearly met a signal may come a step sooner or later than in its chunk.
+    """
+    import jax
+
+    from jaxsat.control.earth_search.loop import run_one
+
+    settings, law, steps, field, draw, _ = _program(tuple(make.filled(options).items()))
+    cases = draw(case_keys(seed, np.array([case])))
+    _, samples = jax.jit(lambda cases: run_one(settings, law, cases, steps, field))(cases)
+    return settings, cases, jax.device_get(samples)

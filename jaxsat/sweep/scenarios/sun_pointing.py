@@ -1,0 +1,167 @@
+"""Sun pointing from any attitude and rate: does the vehicle find the Sun and hold it (Zhukov 2019, pp. 22-31)?
+
+A case runs from the damping of its rate to the end of the simulated time, 1500 s by default; it has succeeded once the
+Sun was held for 100 s, and is still held at the end.
+"""
+
+import functools
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, case_keys
+
+if TYPE_CHECKING:
+    from jaxsat.control.sun_pointing.loop import LoopSettings, Sample
+
+NAME = "sun-pointing"
+STATUSES = ("succeeded", "not settled", "let go of the Sun", "diverged")
+METRICS = {
+    "settling_time_s": Metric("s", "until the Sun had been held for the hold time; none in a case that never did"),
+    "damping_time_s": Metric("s", "spent damping the initial rate"),
+    "search_time_s": Metric("s", "spent in search rotations"),
+    "slew_time_s": Metric("s", "spent turning to the Sun"),
+    "final_error_deg": Metric("deg", "true angle between the Sun and where it shall stand, at the end"),
+    "final_rate_deg_s": Metric("deg/s", "angular rate at the end"),
+    "impulse_N_s": Metric("N s", "spent by all thrusters"),
+    "propellant_g": Metric("g", "spent, at the assumed exhaust speed"),
+    "firings": Metric("1", "pulses of all axes"),
+    "worst_estimate_deg": Metric("deg", "largest error of the Sun's estimated direction while it was taken for known"),
+}
+OPTIONS = (
+    Option(
+        "estimator",
+        "tracking",
+        "tracking: every candidate followed by the gyro; filter: by Kalman filters, for readings that are not exact; "
+        "published: Zhukov's algorithm",
+    ),
+    Option("time_s", "1500", "simulated time"),
+    Option("period_s", "1", "control period"),
+    Option("sun_angle_deg", "0", "at which the Sun is held from the sensor's axis, 0 to 20"),
+    Option("max_rate_deg_s", "3", "largest initial rate"),
+    Option("inertia", "0", "1-sigma of the moments of inertia, relative"),
+    Option("thrust", "0", "1-sigma of the thrusters' torques, relative"),
+    Option("thruster_deg", "0", "1-sigma of the direction of the thrusters' torques"),
+    Option("mounting_deg", "0", "1-sigma of the sensor's mounting about each axis"),
+    Option("gyro_bias_deg_s", "0", "1-sigma of the gyro's bias about each axis"),
+    Option("gyro_noise_deg_s", "0", "1-sigma of each of the gyro's readings"),
+    Option("detector_failures", "0", "probability that a face has lost one of its two detectors"),
+    Option("dead_faces", "0", "probability that a face has lost both of its detectors"),
+    Option("detector_gain", "0", "1-sigma of each detector's gain, relative"),
+    Option("reading_noise", "0", "1-sigma of each detector's readings, over the maximum current"),
+    Option("reading_bits", "0", "of the converter of the sensor's readings; 0: none"),
+)
+CHUNK = 1000
+HELD_DEG = 3.0
+"""Error at the end beyond which the Sun is no longer held, over the dead band and what is misaligned."""
+
+
+@functools.lru_cache(maxsize=4)
+def _program(options: tuple[tuple[str, str], ...]):
+    """What the options say: settings, law, number of periods, `draw(keys)`, and the compiled `run(cases)`."""
+    import jax
+    import jax.numpy as jnp
+
+    from jaxsat.control.sun_pointing.cases import run_cases
+    from jaxsat.control.sun_pointing.draw import Dispersions, draw_cases
+    from jaxsat.control.sun_pointing.law import SunPointingLaw
+    from jaxsat.control.sun_pointing.loop import Estimator, LoopSettings
+
+    reader = Reader(dict(options))
+    number = reader.number
+    period = number("period_s", low=0.05, high=10.0)
+    bits = number("reading_bits", low=0.0, high=32.0)
+    settings = LoopSettings(
+        estimator=reader.choice("estimator", Estimator),
+        period_s=period,
+        reading_step=2.0**-bits if bits > 0.0 else 0.0,
+        reading_noise=number("reading_noise", low=0.0, high=0.1),
+        detector_gain=number("detector_gain", low=0.0, high=0.2),
+        gyro_noise_rad_s=math.radians(number("gyro_noise_deg_s", low=0.0, high=1.0)),
+    )
+    dispersions = Dispersions(
+        max_rate_deg_s=number("max_rate_deg_s", low=0.0, high=10.0),
+        inertia=number("inertia", low=0.0, high=0.2),
+        thrust=number("thrust", low=0.0, high=0.3),
+        thruster_deg=number("thruster_deg", low=0.0, high=20.0),
+        mounting_deg=number("mounting_deg", low=0.0, high=20.0),
+        gyro_bias_deg_s=number("gyro_bias_deg_s", low=0.0, high=1.0),
+        detector_failures=number("detector_failures", low=0.0, high=1.0),
+        dead_faces=number("dead_faces", low=0.0, high=1.0),
+        detector_gain=settings.detector_gain,
+    )
+    law = SunPointingLaw(sun_angle=jnp.asarray(math.radians(number("sun_angle_deg", low=0.0, high=20.0))))
+    periods = math.ceil(number("time_s", low=10.0, high=1e5) / period)
+    sun_eci = jnp.array([1.0, 0.0, 0.0])
+    draw = jax.jit(functools.partial(draw_cases, dispersions))
+    run = jax.jit(lambda cases: _metrics(law, run_cases(settings, law, cases, sun_eci, periods), cases, sun_eci))
+    return settings, law, periods, draw, run
+
+
+def _metrics(law, state, cases, sun_eci):
+    import jax
+    import jax.numpy as jnp
+
+    from jaxsat.control.sun_pointing.law import DAMPING, SEARCH, SLEW
+    from jaxsat.control.sun_pointing.vehicle import EXHAUST_SPEED_M_S
+    from jaxsat.math import angle_between, quaternion, safe_norm
+
+    mounting = jnp.broadcast_to(cases.vehicle.body_from_instrument, (len(cases.quaternion), 3, 3))
+
+    def error(q, mounting):
+        return angle_between(law.target(), mounting.T @ quaternion.rotate_inverse(q, sun_eci))
+
+    off = jnp.degrees(jax.vmap(error)(state.quaternion, mounting))
+    settled = jnp.isfinite(state.guidance.settled_at)
+    sound = jnp.isfinite(off) & jnp.all(jnp.isfinite(state.angular_velocity), axis=1)
+    status = jnp.where(settled, jnp.where(off < HELD_DEG, 0, 2), 1)
+    found = {
+        "settling_time_s": jnp.where(settled, state.guidance.settled_at, jnp.nan),
+        "damping_time_s": state.mode_time[:, DAMPING],
+        "search_time_s": state.mode_time[:, SEARCH],
+        "slew_time_s": state.mode_time[:, SLEW],
+        "final_error_deg": off,
+        "final_rate_deg_s": jnp.degrees(safe_norm(state.angular_velocity)),
+        "impulse_N_s": state.impulse,
+        "propellant_g": 1e3 * state.impulse / EXHAUST_SPEED_M_S,
+        "firings": state.pulses,
+        "worst_estimate_deg": jnp.degrees(2.0 * jnp.arcsin(jnp.minimum(0.5 * jnp.sqrt(state.worst_estimate), 1.0))),
+    }
+    found = {name: jnp.where(sound, value, jnp.nan) for name, value in found.items()}
+    return {"status": jnp.where(sound, status, 3), **found}
+
+
+def _build(options: Mapping[str, str]) -> Scenario:
+    import jax
+
+    program = tuple(options.items())
+    # Whatever is wrong with the options is said before anything is compiled.
+    _program(program)
+
+    def run(seed: int, cases: np.ndarray) -> dict[str, np.ndarray]:
+        _, _, _, draw, run_drawn = _program(program)
+        return jax.device_get(run_drawn(draw(case_keys(seed, cases))))
+
+    return Scenario(NAME, STATUSES, METRICS, CHUNK, run)
+
+
+make = Factory(_build, OPTIONS)
+
+
+def history(options: Mapping[str, str], seed: int, case: int) -> "tuple[LoopSettings, Sample]":
+    """One case again: what the options set, and its history [periods ...].
+
+    Alone, so that where a threshold is nearly met a pulse may come a period sooner or later than in its chunk.
+    """
+    import jax
+    import jax.numpy as jnp
+
+    from jaxsat.control.sun_pointing.cases import run_one
+
+    settings, law, periods, draw, _ = _program(tuple(make.filled(options).items()))
+    cases = draw(case_keys(seed, np.array([case])))
+    sun_eci = jnp.array([1.0, 0.0, 0.0])
+    _, samples = jax.jit(lambda cases: run_one(settings, law, cases, sun_eci, periods))(cases)
+    return settings, jax.device_get(samples)

@@ -1,0 +1,90 @@
+"""The page of an Earth search in a real Chromium: it loads in silence, and slider and keys move what it shows."""
+
+import io
+import os
+import shutil
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from jaxsat.cli.sweep.earth_search_page import search_page
+from jaxsat.sweep.scenarios import earth_search
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+BROWSER = next(filter(None, map(shutil.which, NAMES)), None)
+REQUIRED = os.environ.get("JAXSAT_BROWSER") == "required"
+if not REQUIRED:
+    pytest.importorskip("playwright", reason="playwright is not installed: no browser can be driven")
+pytestmark = pytest.mark.skipif(BROWSER is None and not REQUIRED, reason=f"none of {', '.join(NAMES)} is installed")
+PNG = b"\x89PNG\r\n\x1a\n"
+STEPS = 120
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    given = {"spacecraft": "small", "time_s": str(STEPS / 2), "brightness": "even"}
+    settings, case, samples = earth_search.history(given, 1, 5)
+    t_s = settings.period_s * np.arange(STEPS)
+    page = search_page(earth_search.make.filled(given), case, samples, t_s, PNG, title="Search <5>", subtitle="seed 1")
+    path = tmp_path_factory.mktemp("search") / "search.html"
+    path.write_text(page, encoding="utf-8")
+    return path, samples
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    from playwright.sync_api import sync_playwright
+
+    assert BROWSER, f"none of {', '.join(NAMES)} is installed"
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=BROWSER, args=["--headless=new", "--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+def opened(chromium, path, width, **options):
+    page = chromium.new_page(viewport={"width": width, "height": 900}, **options)
+    page.set_default_timeout(120e3)
+    page.heard = []
+    page.on("console", lambda message: page.heard.append(message.text))
+    page.on("pageerror", lambda error: page.heard.append(str(error)))
+    page.on("request", lambda request: page.heard.append(request.url))
+    page.goto(path.as_uri())
+    return page
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(1100, "light"), (360, "dark")])
+def test_the_page_shows_the_search_as_it_goes(chromium, file, width, scheme):
+    path, samples = file
+    page = opened(chromium, path, width, color_scheme=scheme)
+    assert page.heard == [path.as_uri()], "errors, or something fetched"
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert page.evaluate("window.jaxsat.state().theme") == scheme
+
+    # What the page shows of the Earth's centre at a step is what was simulated.
+    for step in (0, 80):
+        page.evaluate(f"window.jaxsat.seek({step / 2})")
+        nadir = samples.nadir_body[step]
+        off_deg = np.degrees(np.arctan2(np.hypot(nadir[0], nadir[1]), nadir[2]))
+        x, y = (float(page.locator(".sky .centre").get_attribute(name)) for name in ("cx", "cy"))
+        # A circle of 186 to the point behind; looking along z with x to the right, y points down.
+        assert np.hypot(x, y) == pytest.approx(186.0 * off_deg / 180.0, abs=0.05)
+        assert np.sign([x, y]) == pytest.approx(np.sign(nadir[:2]))
+        assert page.locator(".sky .scan.present").count() == int(np.sum(samples.present[step]))
+        assert f"{off_deg:.2f} deg" in page.locator(".readouts dd").first.inner_text()
+
+    before = page.locator(".sky .earth").get_attribute("d")
+    page.locator("input[type=range]").focus()
+    page.keyboard.press("Home")
+    assert page.evaluate("window.jaxsat.state().t_s") == 0
+    page.keyboard.press("ArrowRight")
+    assert page.evaluate("window.jaxsat.state().t_s") == 0.5
+    assert page.locator(".sky .earth").get_attribute("d") != before
+    page.locator("button.play").click()
+    assert page.evaluate("window.jaxsat.state().playing")
+    page.evaluate("window.jaxsat.pause()")
+
+    shot = imread(io.BytesIO(page.locator(".sky").screenshot()))[..., :3]
+    assert len(np.unique((255 * shot).astype(int).reshape(-1, 3), axis=0)) > 20 and shot.std() > 0.02
+    page.close()

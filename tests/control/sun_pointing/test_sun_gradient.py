@@ -1,0 +1,60 @@
+"""Derivatives of means over cases: against finite differences of the same cases, and by what must be."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxsat.control.sun_pointing.cases import run_cases
+from jaxsat.control.sun_pointing.draw import Dispersions, draw_cases
+from jaxsat.control.sun_pointing.law import SunPointingLaw
+from jaxsat.control.sun_pointing.loop import LoopSettings
+from jaxsat.control.sun_pointing.sensitivity import impulse, scaled, sensitivities, settling_time
+from jaxsat.sweep import case_keys
+
+SUN, LAW, SETTINGS, PERIODS = jnp.array([1.0, 0.0, 0.0]), SunPointingLaw(), LoopSettings(estimator="published"), 900
+NAMES = ("slew_rate", "inertia", "rate_gain")
+COUNT = 256
+
+
+@pytest.fixture(scope="module")
+def cases():
+    return draw_cases(Dispersions(max_rate_deg_s=1.0), case_keys(3, np.arange(COUNT)))
+
+
+def test_sensitivities_are_the_differences_of_means(cases):
+    metrics = (settling_time, impulse)
+    found = sensitivities(SETTINGS, LAW, cases, SUN, PERIODS, NAMES, metrics, jax.random.key(1))
+    # The same smooth mean at parameters a step apart: the spread stays, by other numbers.
+    spread = 0.05 * jax.random.normal(jax.random.key(2), (COUNT, len(NAMES)))
+
+    @jax.jit
+    def metric(shift):
+        law, moved = scaled(LAW, cases, NAMES, spread + shift[None])
+        state = run_cases(SETTINGS, law, moved, SUN, PERIODS)
+        return jnp.stack([settling_time(state), impulse(state)])
+
+    for k, name in enumerate(NAMES):
+        h = 0.1 * np.eye(len(NAMES))[k]
+        slope = (np.asarray(metric(jnp.asarray(h))) - np.asarray(metric(jnp.asarray(-h)))) / 0.2
+        for n, each in enumerate(found):
+            error = np.hypot(each.standard_error[k], slope[n].std(ddof=1) / np.sqrt(COUNT))
+            assert each.gradient[k] == pytest.approx(slope[n].mean(), abs=4.0 * error), name
+    time, spent = found
+    # A faster slew is over sooner and costs more; a heavier body costs in proportion.
+    assert time.gradient[0] < -10.0 * time.standard_error[0] and spent.gradient[0] > 10.0 * spent.standard_error[0]
+    assert spent.gradient[1] == pytest.approx(spent.mean, rel=0.15)
+
+
+def test_scaling_moves_what_it_says_and_refuses_what_it_does_not_know(cases):
+    names = ("inertia", "torque", "min_pulse", "hood_angle", "slew_rate")
+    law, moved = scaled(LAW, cases, names, jnp.full((COUNT, 5), jnp.log(2.0)))
+    old, new = cases.vehicle, moved.vehicle
+    np.testing.assert_allclose(new.inertia[7], 2.0 * old.inertia)
+    np.testing.assert_allclose(new.inverse_inertia[7] @ new.assumed_inertia[7], np.eye(3), atol=1e-12)
+    np.testing.assert_allclose(new.thrusters.torque[7], 2.0 * old.thrusters.torque)
+    np.testing.assert_allclose(new.thrusters.min_pulse, 2.0 * old.thrusters.min_pulse)
+    np.testing.assert_allclose(new.sensor.hood_angle, 2.0 * old.sensor.hood_angle)
+    np.testing.assert_allclose(law.slew_rate, 2.0 * LAW.slew_rate)
+    with pytest.raises(ValueError, match="no parameter 'mass'"):
+        scaled(LAW, cases, ("mass",), jnp.zeros((COUNT, 1)))

@@ -1,0 +1,37 @@
+"""The scenario of the emergency mode: what a case says of itself, and that it can be run again alone."""
+
+import numpy as np
+import pytest
+
+from jaxsat.errors import InputError
+from jaxsat.sweep.scenarios import emergency_mode
+
+OPTIONS = {"orbits": "2", "max_error_deg": "15", "inertia": "0.05"}
+
+
+def test_cases_and_their_histories():
+    scenario = emergency_mode.make(OPTIONS)
+    found = scenario.run(5, np.arange(scenario.chunk))
+    assert set(found) == {"status", *scenario.metrics} and all(x.shape == (250,) for x in found.values())
+    # Two orbits are enough for some.
+    settled = found["status"] == 0
+    assert 0.1 < np.mean(settled) < 0.9 and (found["status"] < 2).all()
+    assert np.isnan(found["settling_time_s"][~settled]).all() and (found["last_error_deg"][settled] < 1.0).all()
+    assert 0.0 <= found["first_error_deg"].min() and 13.0 < found["first_error_deg"].max() < 15.0
+    for case in (int(np.argmax(settled)), int(np.argmin(settled))):
+        samples = emergency_mode.history(OPTIONS, 5, case)
+        error = np.degrees(np.linalg.norm(samples.error, axis=1))
+        # Alone the last digits differ, and with them perhaps a switch of the duty test.
+        assert error.max() == pytest.approx(found["largest_error_deg"][case], rel=1e-3)
+        last = error[-len(error) // 4 :].max()
+        assert (last < 1.0) == settled[case]
+        impulse = 16.0 * np.abs(samples.dipole).sum()
+        assert impulse == pytest.approx(found["magnetic_impulse_A_m2_s"][case], rel=1e-3)
+
+
+def test_bad_options_are_one_line():
+    with pytest.raises(InputError, match="expected one of fixed, slew, sun"):
+        emergency_mode.make({"panels": "turning"})
+    for name, value in (("orbits", "0"), ("limit_deg", "x"), ("inertia", "0.9"), ("max_error_deg", "200")):
+        with pytest.raises(InputError, match="expected a number"):
+            emergency_mode.make({name: value})
