@@ -196,7 +196,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("out/local-method"))
     arguments = parser.parse_args()
 
-    from jaxsat.cli.shared.numerics import set_up_jax
+    from jaxsat.numerics import set_up_jax
 
     set_up_jax()
     pair = published_sample()
@@ -233,7 +233,7 @@ def main() -> None:
         "table": rows,
         "methods": methods,
     }
-    from jaxsat.cli.shared.output import json_text, plain
+    from jaxsat.files.json_files import json_text, plain
 
     (arguments.out / "local_method.json").write_text(json_text(plain(report)[0]))
     picture(rows, methods, observed.t, truth, FILES[arguments.session], arguments.out / "local_method.png")

@@ -87,7 +87,7 @@ def main() -> None:
     jax.config.update("jax_enable_x64", True)
 
     from jaxsat.cli.settings.files import load_config
-    from jaxsat.cli.simulate.run import make_session
+    from jaxsat.synthetic.session import make_session
 
     results = {}
     for name in SESSIONS:

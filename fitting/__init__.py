@@ -1,1 +1,32 @@
-"""Identification: attitude and satellite parameters by `fitting.estimate`, orbits by `fitting.orbit`."""
+"""Identification: attitude and satellite parameters from telemetry.
+
+Nothing is imported here before it is asked for: names of parameters are wanted where JAX is not.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fitting.orbit.orbit_fit import fit_orbit as fit_orbit
+    from fitting.outcome.posterior import sample_posterior as sample_posterior
+    from fitting.outcome.result import FitResult as FitResult
+    from fitting.run import SessionFit as SessionFit
+    from fitting.run import fit as fit
+    from fitting.session import prepare_session as prepare_session
+    from fitting.settings import FitSettings as FitSettings
+
+_PLACES = {
+    "fit": "fitting.run",
+    "SessionFit": "fitting.run",
+    "FitSettings": "fitting.settings",
+    "FitResult": "fitting.outcome.result",
+    "prepare_session": "fitting.session",
+    "fit_orbit": "fitting.orbit.orbit_fit",
+    "sample_posterior": "fitting.outcome.posterior",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PLACES:
+        raise AttributeError(f"module 'fitting' has no attribute {name!r}")
+    return getattr(import_module(_PLACES[name]), name)

@@ -3,7 +3,6 @@
 import dataclasses
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
@@ -13,12 +12,13 @@ from fitting.measurements.observations import LIMB_FIELD, Observations, build_pr
 from fitting.measurements.problem import RATE_UNIT, Problem
 from fitting.outcome.result import FitResult
 from fitting.outcome.summary import describe, summarize
-from fitting.parameters.parametrization import Nominal, Parametrization, PriorSigma, parametrization
-from fitting.solvers.adaptive import AdaptiveRules, refine_adaptively
-from fitting.solvers.chunk import EVALUATIONS
-from fitting.solvers.refine import LIKELIHOODS, Refined, candidates, refine
+from fitting.parameters.nominal import Nominal
+from fitting.parameters.parametrization import Parametrization, parametrization
+from fitting.settings import FitSettings
+from fitting.solvers.adaptive import refine_adaptively
+from fitting.solvers.refine import Refined, candidates, refine
 from fitting.starts.first_guesses import filled_in, first_guesses, first_unknowns, silent_panels
-from fitting.starts.multi_start import Progress, Stage, Starts, compile_solvers, grow
+from fitting.starts.multi_start import Progress, Starts, compile_solvers, grow
 from fitting.starts.schedule import FIRST_ARC_LIT, arc_schedule
 from fitting.starts.stretches import carried_to, longest_stretch
 from jaxsat.errors import InputError
@@ -28,58 +28,7 @@ COARSE_TOLERANCE, FINE_TOLERANCE = 4e-2, 2e-4
 """Integration error over the session allowed while arcs grow and at the end [rad]: inside every basin; a 20th sigma."""
 
 
-@dataclass(frozen=True)
-class FitSettings:
-    """Choices of one fit."""
-
-    free: tuple[str, ...]
-    """From `fitting.parameters.parametrization.parse_free`."""
-    starts: int = 256
-    """Random starts, beside those of the local method."""
-    seed: int = 0
-    noise_mA: float = 2.0
-    """1-sigma of one current."""
-    quantum_mA: float = 1.0
-    """Step of the telemetered currents; its rounding adds quantum^2 / 12 to the variance."""
-    zero_is_floor: bool = True
-    """Whether a reading of zero stands for all currents below half a step; see `fitting.measurements.floor`."""
-    max_rate_deg_s: float = 1.5
-    step_s: float = 32.0
-    """Longest integration step; shorter ones are taken where the rate asks for them."""
-    likelihood: str = "mixture"
-    """One of `fitting.solvers.refine.LIKELIHOODS`: what may be wrong with a sample, as a limited charge current."""
-    solver: str = "levenberg_marquardt"
-    """One of `fitting.solvers.chunk.EVALUATIONS`, for the last steps; arcs grow by Levenberg-Marquardt."""
-    limb_sigma_deg: float = 0.5
-    """1-sigma of a limb angle, on the sphere."""
-    limb_weight: float = 1.0
-    """Factor of the limb angles' inverse variance; 0 leaves them out (`vesABlimb` of Penkov et al. 2009)."""
-    prior: PriorSigma = PriorSigma()
-    adaptive: AdaptiveRules | None = None
-    """In place of the likelihood: the weights of Penkov et al. 2009; by Levenberg-Marquardt alone."""
-
-    @property
-    def reading_sigma_mA(self) -> float:
-        """1-sigma of one current, its rounding included."""
-        return float(np.hypot(self.noise_mA, self.quantum_mA / np.sqrt(12.0)))
-
-    @property
-    def floor(self) -> float | None:
-        """The largest current that reads as zero [A]; None where zero is a reading as any other."""
-        return 0.5e-3 * self.quantum_mA if self.zero_is_floor else None
-
-    def __post_init__(self):
-        """Raises ValueError naming what cannot be."""
-        for name, known in (("likelihood", LIKELIHOODS), ("solver", EVALUATIONS)):
-            if getattr(self, name) not in known:
-                raise ValueError(f"FitSettings.{name}: expected one of {', '.join(known)}, got {getattr(self, name)!r}")
-        if not 0.0 <= self.limb_weight < np.inf:
-            raise ValueError(f"FitSettings.limb_weight: expected a finite number from 0, got {self.limb_weight}")
-        if self.adaptive is not None and self.solver != Stage.solver:
-            raise ValueError(f"FitSettings.solver: adaptive weights are solved by {Stage.solver}, got {self.solver!r}")
-
-
-def fit(
+def estimate(
     observations: Observations,
     nominal: Nominal,
     settings: FitSettings,
@@ -100,7 +49,7 @@ def fit(
     max_rate = np.radians(settings.max_rate_deg_s)
     step = min(settings.step_s, step_for(RK4, max_rate, duration, COARSE_TOLERANCE))
     finest = min(step, step_for(RK4, _fastest(max_rate), duration, FINE_TOLERANCE))
-    parameters = parametrization(nominal, settings.free, settings.prior)
+    parameters = parametrization(nominal, settings.free_names, settings.prior_sigma)
     limb_sigma = None
     if settings.limb_weight > 0.0:
         limb_sigma = float(np.radians(settings.limb_sigma_deg) / np.sqrt(settings.limb_weight))
@@ -147,7 +96,7 @@ def fit(
             compilation.result()
     compiled = time.perf_counter()
 
-    schedule = arc_schedule(searched, len(searched) - 1, settings.free)
+    schedule = arc_schedule(searched, len(searched) - 1, settings.free_names)
     use = _usable(coarse, bright[begin:], sunlit[begin:])
     survivors = grow(coarse, parameters, schedule, starts, use, progress)
     if begin > 0:
@@ -157,7 +106,7 @@ def fit(
     step = min(settings.step_s, step_for(RK4, min(_fastest(spin), 2.0 * max_rate), duration, FINE_TOLERANCE))
     fine = build_problem(observations, max_step=step, **common)
     use = _usable(fine, bright, sunlit)
-    if settings.adaptive is None:
+    if not settings.adaptive.on:
         how = {"likelihood": settings.likelihood, "solver": settings.solver}
         refined = refine(fine, parameters, survivors, use, **how, progress=progress)
     else:

@@ -19,7 +19,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("out/munin-suite.json"))
     arguments = parser.parse_args()
 
-    from jaxsat.cli.shared.numerics import set_up_jax
+    from jaxsat.numerics import set_up_jax
 
     set_up_jax()
     jobs = local_programs(arguments.samples) | other_programs(arguments.samples)
@@ -110,8 +110,8 @@ def other_programs(count: int) -> dict:
 
     from fitting.orbit.orbit_fit import fit_without_doubtful, states
     from jaxsat.cli.settings.files import load_config
-    from jaxsat.cli.simulate.files import write_simulation
-    from jaxsat.cli.simulate.run import make_session
+    from jaxsat.synthetic.files import write_simulation
+    from jaxsat.synthetic.session import make_session
     from jaxsat.environment import KeplerOrbit, ephemeris
     from jaxsat.sensors import mirror_currents, polygon_panels
     from jaxsat.time import Epoch

@@ -56,7 +56,7 @@ def main() -> None:
     if importlib.util.find_spec("Basilisk") is None:
         sys.exit("Basilisk is not installed: pip install -e '.[basilisk]'")
 
-    from jaxsat.cli.shared.numerics import set_up_jax
+    from jaxsat.numerics import set_up_jax
 
     set_up_jax()
     from models.sun_pointing_ours import timed_sweep

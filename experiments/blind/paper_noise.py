@@ -76,7 +76,7 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=12, help="draws of the noise for each program")
     parser.add_argument("--out", type=Path, default=Path("munin-paper-noise.json"))
     arguments = parser.parse_args()
-    from jaxsat.cli.shared.numerics import set_up_jax
+    from jaxsat.numerics import set_up_jax
 
     set_up_jax()
     chosen = [s for s in SETTINGS if s.figures in ("17, 18", "29", "20", "22", "27, 28")]

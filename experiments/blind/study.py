@@ -92,7 +92,7 @@ def main() -> None:
     parser.add_argument("--cache", type=Path, default=Path("blind-sessions"), help="directory of the sessions")
     arguments = parser.parse_args()
 
-    from jaxsat.cli.shared.numerics import set_up_jax
+    from jaxsat.numerics import set_up_jax
 
     set_up_jax()
     columns = (TextColumn("{task.description}"), BarColumn(24), MofNCompleteColumn(), TimeElapsedColumn())

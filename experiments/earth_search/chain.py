@@ -162,7 +162,7 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=DRAWS, help="of the brightness at each altitude and offset")
     arguments = parser.parse_args()
 
-    from jaxsat.cli.shared.numerics import set_up_jax
+    from jaxsat.numerics import set_up_jax
 
     set_up_jax()
     found = chain()

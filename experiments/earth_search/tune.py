@@ -24,7 +24,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("out/earth-tune"), help="directory of the results")
     arguments = parser.parse_args()
 
-    from jaxsat.cli.shared.numerics import set_up_jax
+    from jaxsat.numerics import set_up_jax
 
     set_up_jax()
     from study import study

@@ -42,7 +42,7 @@ def main() -> None:
         parser.error(f"--days must be from 2 to 366, got {arguments.days:g}")
     arguments.out.mkdir(parents=True, exist_ok=True)
 
-    from jaxsat.cli.shared.numerics import set_up_jax
+    from jaxsat.numerics import set_up_jax
 
     set_up_jax()
     from jaxsat.control.emergency_mode.law import EmergencyLaw

@@ -28,7 +28,7 @@ def main() -> None:
         parser.error(f"--cases must be from 1 to 1000000, got {arguments.cases}")
     arguments.out.mkdir(parents=True, exist_ok=True)
 
-    from jaxsat.cli.shared.numerics import set_up_jax
+    from jaxsat.numerics import set_up_jax
 
     set_up_jax()
     from jaxsat.sweep.scenarios import emergency_mode

@@ -64,7 +64,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("sun-claim.json"))
     arguments = parser.parse_args()
 
-    from jaxsat.cli.shared.numerics import set_up_jax
+    from jaxsat.numerics import set_up_jax
 
     set_up_jax()
     results = []

@@ -52,7 +52,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("out/sun-slew"), help="directory of the results")
     arguments = parser.parse_args()
 
-    from jaxsat.cli.shared.numerics import set_up_jax
+    from jaxsat.numerics import set_up_jax
 
     set_up_jax()
     from jaxsat.plotting import png_bytes

@@ -5,8 +5,6 @@ of each free parameter from its nominal value in units of its prior sigma; the a
 in body axes, so it has no entry of its own beyond that shift.
 """
 
-from dataclasses import dataclass, field
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -26,6 +24,7 @@ from fitting.parameters.names import (
     STATE,
     TILTS,
 )
+from fitting.parameters.nominal import Nominal
 from fitting.parameters.transforms import (
     dipole_from_polar,
     inertia_shift,
@@ -34,6 +33,7 @@ from fitting.parameters.transforms import (
     second_moment_root,
     thinnest,
 )
+from fitting.settings import PriorSigma
 from jaxsat.errors import InputError
 from jaxsat.sensors.solar_panels import Albedo
 from jaxsat.spacecraft import MagneticRods, SolarPanels, Spacecraft, box_normals, symmetric_tensor, tilted
@@ -52,49 +52,6 @@ def _place(names: tuple[str, ...]) -> slice:
 
 MAGNET_SLICE, RODS_SLICE, INERTIA_SLICE = _place(MAGNET), _place(RODS), _place(INERTIA)
 GAINS_SLICE, TILTS_SLICE = _place(GAINS), _place(TILTS)
-
-
-@dataclass(frozen=True)
-class PriorSigma:
-    """Weak priors about the nominal values; absolute unless the name says relative."""
-
-    magnet: float = 0.05
-    """[A m^2] for each component."""
-    rods: float = 0.05
-    """[A m^2]"""
-    imax_relative: float = 0.2
-    gains: float = 0.1
-    inertia_relative: float = 0.15
-    """Of the mean moment of inertia, for each of the six components; of a whole inertia to first order."""
-    albedo: float = 0.5
-    tilts_deg: float = 2.0
-
-
-@dataclass(frozen=True)
-class Nominal:
-    """Nominal model, SI: the values of what is not free, and the centre of the priors of what is."""
-
-    magnet: np.ndarray
-    """[3] body axes [A m^2]."""
-    rods: np.ndarray
-    """[2] moments of the y and z rods in the reference field [A m^2]."""
-    reference_field: float
-    """[T]"""
-    inertia: np.ndarray
-    """[6] xx yy zz xy xz yz [kg m^2]."""
-    max_current: float
-    """[A]"""
-    gains: np.ndarray
-    """[6] +x -x +y -y +z -z."""
-    albedo: np.ndarray
-    """[2] specular, diffuse."""
-    tilts: np.ndarray = field(default_factory=lambda: np.zeros(len(TILTS)))
-    """[12] turns of the panels +x -x +y -y +z -z off their places, as `TILTS` names them [rad]."""
-
-    def vector(self) -> np.ndarray:
-        """Values in the order of `MODEL`."""
-        parts = [self.magnet, self.rods, self.inertia, [self.max_current], self.gains, self.albedo, self.tilts]
-        return np.concatenate([np.asarray(part, dtype=float) for part in parts])
 
 
 class Parametrization(eqx.Module):
@@ -217,9 +174,9 @@ def parametrization(nominal: Nominal, free: tuple[str, ...], prior: PriorSigma) 
         )
     mean_inertia = float(np.mean(np.asarray(nominal.inertia)[:3]))
     sigma = {
-        **dict.fromkeys((*MAGNET, POLAR[0]), prior.magnet),
-        **dict.fromkeys(POLAR[1:], min(prior.magnet / modulus, np.pi) if modulus > 0.0 else np.pi),
-        **dict.fromkeys(RODS, prior.rods),
+        **dict.fromkeys((*MAGNET, POLAR[0]), prior.magnet_A_m2),
+        **dict.fromkeys(POLAR[1:], min(prior.magnet_A_m2 / modulus, np.pi) if modulus > 0.0 else np.pi),
+        **dict.fromkeys(RODS, prior.rods_A_m2),
         **dict.fromkeys(INERTIA, prior.inertia_relative * mean_inertia),
         "imax": prior.imax_relative * nominal.max_current,
         **dict.fromkeys(GAINS, prior.gains),

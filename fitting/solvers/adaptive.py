@@ -15,43 +15,13 @@ from jaxtyping import Array, Float
 from fitting.measurements.problem import CURRENTS, Problem
 from fitting.parameters.names import MODEL, STATE
 from fitting.parameters.parametrization import Parametrization, build_model
+from fitting.settings import AdaptiveRules
 from fitting.solvers.least_squares import Point
 from fitting.solvers.refine import PLAIN, Refined, candidates
 from fitting.starts.multi_start import Progress, Stage, Starts, distinct, solve
 from fitting.stored import Stored
 from jaxsat.math import quaternion
 from jaxsat.sensors.solar_panels import Albedo, albedo_currents, direct_currents
-
-
-@dataclass(frozen=True)
-class AdaptiveRules:
-    """What each pass does to the weights; a rule is off at the value that its comment names."""
-
-    passes: int = 4
-    """Solutions, each with the weights that the one before gives (`K_iter`)."""
-    limiting_ratio: float = 0.85
-    """Rule 1: samples whose measured sum falls below this share of the possible one are doubted; off at 0."""
-    limiting_power: float = 4.0
-    """Their weight is (measured / (share x possible)) to this power."""
-    large_gain: float = 1.0
-    """Rule 2: weight times 1 + gain (current / imax)^2; off at 0."""
-    small_mA: float = 20.0
-    """Rule 3: currents below this ..."""
-    small_factor: float = 0.3
-    """... are weighed by this; off at 1."""
-    away_factor: float = 2.0
-    """Rule 4: factor of panels that cannot see the Earth; off at 1."""
-    axis_factors: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    """Rule 5: of the pairs of panels on x, y and z; off at 1."""
-    specular_alpha: float = 1.0
-    """Rule 6: weight := weight / (1 + alpha I_alb / (I_sun + delta)), again at every pass; off at 0."""
-    specular_delta_mA: float = 10.0
-    specular_reflectivity: float = 0.5
-    """Of the Earth, for I_alb."""
-    zero_in_shadow: bool = True
-    """First correction: currents in the Earth's shadow are taken for zero."""
-    zero_turned_away: bool = True
-    """Second: so are those of panels that the pass before turned away from the Sun."""
 
 
 @dataclass(frozen=True)

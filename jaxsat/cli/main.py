@@ -6,19 +6,10 @@ Nothing heavy is imported here or by the modules of the commands: help and usage
 import signal
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 from cyclopts import App, CycloptsError
 
-from jaxsat.cli.almanac import almanac
-from jaxsat.cli.export.command import export
-from jaxsat.cli.fit.command import fit
-from jaxsat.cli.local.command import local
-from jaxsat.cli.orbit import orbit
-from jaxsat.cli.prepare import prepare
-from jaxsat.cli.simulate.command import simulate
-from jaxsat.cli.sweep.command import sweep
-from jaxsat.cli.turn import turn
-from jaxsat.cli.view import view
 from jaxsat.errors import InputError
 
 BAD_INPUT, USAGE, INTERRUPTED, TERMINATED = 1, 2, 130, 143
@@ -28,17 +19,6 @@ def _version() -> str:
     from importlib.metadata import version
 
     return f"jaxsat {version('jaxsat')}"
-
-
-def config() -> int:
-    """Print a commented configuration with every key, its unit and its default.
-
-    Example: jaxsat config > session.toml
-    """
-    from jaxsat.cli.settings.files import template
-
-    print(template(), end="")
-    return 0
 
 
 app = App(
@@ -51,17 +31,9 @@ app = App(
     # Its own handling would end the process before unfinished results are named and removed.
     suppress_keyboard_interrupt=False,
 )
-app.command(fit)
-app.command(view)
-app.command(orbit)
-app.command(prepare)
-app.command(simulate)
-app.command(local)
-app.command(turn)
-app.command(sweep)
-app.command(almanac)
-app.command(config)
-app.command(export)
+# A folder with a file `command.py` is a command of its name: nothing else has to know of it.
+for file in sorted(Path(__file__).parent.glob("*/command.py")):
+    app.command(f"jaxsat.cli.{file.parent.name}.command:{file.parent.name}")
 
 
 def run(arguments: Sequence[str]) -> int:

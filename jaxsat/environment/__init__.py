@@ -64,6 +64,7 @@ from jaxsat.environment.shadow import cylinder_illumination as cylinder_illumina
 from jaxsat.environment.sun import Sun as Sun
 from jaxsat.environment.sun import apparent_sun as apparent_sun
 from jaxsat.environment.sun import sun_direction as sun_direction
+from jaxsat.environment.sun import sun_directions as sun_directions
 from jaxsat.environment.sun import sun_position as sun_position
 from jaxsat.environment.surroundings import Surroundings as Surroundings
 from jaxsat.environment.table import LightTable as LightTable

@@ -1,5 +1,7 @@
 """The apparent Sun: from ERFA before anything is traced, or from a series of trigonometric terms within a trace."""
 
+from collections.abc import Sequence
+
 import equinox as eqx
 import erfa
 import jax
@@ -30,6 +32,16 @@ def apparent_sun(epoch: Epoch, t_s: Float[np.ndarray, "n"]) -> tuple[Float[np.nd
     place = np.einsum("nij,nj->ni", dcms_eci_from_gcrf(epoch, t_s), apparent_place_gcrf(epoch, t_s))
     distance = np.linalg.norm(place, axis=1)
     return place / distance[:, None], distance
+
+
+def sun_directions(
+    epoch: Epoch, t_s: Float[np.ndarray, "n"], *, fixed: Sequence[float] | None = None
+) -> Float[np.ndarray, "n 3"]:
+    """Return unit vectors to the Sun at `t_s` [s] after epoch: those of `apparent_sun`, or one direction held fixed."""
+    if fixed is None:
+        return apparent_sun(epoch, t_s)[0]
+    direction = np.array(fixed)
+    return np.tile(direction / np.linalg.norm(direction), (len(t_s), 1))
 
 
 def apparent_place_gcrf(epoch: Epoch, t_s: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n 3"]:

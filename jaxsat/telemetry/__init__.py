@@ -1,6 +1,5 @@
 """Telemetry files: units and frames are converted here and nowhere else."""
 
-from jaxsat.math.attitude_between import attitude_between as attitude_between
 from jaxsat.telemetry.ccsds.aem import AttitudeEphemeris as AttitudeEphemeris
 from jaxsat.telemetry.ccsds.aem import aem_text as aem_text
 from jaxsat.telemetry.ccsds.aem import read_aem as read_aem
@@ -15,11 +14,12 @@ from jaxsat.telemetry.limb_angles import LimbAngleFile as LimbAngleFile
 from jaxsat.telemetry.limb_angles import MatchedLimbAngles as MatchedLimbAngles
 from jaxsat.telemetry.limb_angles import match_limb_angles as match_limb_angles
 from jaxsat.telemetry.limb_angles import read_limb_angles as read_limb_angles
-from jaxsat.telemetry.raw_sun.cleaning import CleaningSettings as CleaningSettings
 from jaxsat.telemetry.raw_sun.cleaning import Rejection as Rejection
 from jaxsat.telemetry.raw_sun.cleaning import Session as Session
 from jaxsat.telemetry.raw_sun.cleaning import check_usable as check_usable
 from jaxsat.telemetry.raw_sun.cleaning import clean as clean
 from jaxsat.telemetry.raw_sun.reading import RawSunFile as RawSunFile
 from jaxsat.telemetry.raw_sun.reading import read_raw_sun as read_raw_sun
+from jaxsat.telemetry.raw_sun.settings import CleaningSettings as CleaningSettings
 from jaxsat.telemetry.raw_sun.writing import raw_sun_text as raw_sun_text
+from jaxsat.telemetry.readers import read_telemetry as read_telemetry

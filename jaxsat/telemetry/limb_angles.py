@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from jaxsat.errors import InputError
+from jaxsat.files.text_file import REAL, read_small_file
 from jaxsat.telemetry.raw_sun.cleaning import Session
-from jaxsat.telemetry.text_file import REAL, read_small_file
 from jaxsat.time import Epoch
 
 MAX_FILE_BYTES = 4 * 2**20

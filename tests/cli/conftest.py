@@ -91,5 +91,5 @@ def put_fake_fit(monkeypatch) -> dict:
     monkeypatch.setitem(sys.modules, "fitting.estimate", module)
     monkeypatch.setattr("fitting.estimate", module, raising=False)
     # The cache of compiled programs belongs to the user, the settings of JAX to the test session.
-    monkeypatch.setattr("jaxsat.cli.shared.numerics.set_up_jax", lambda: None)
+    monkeypatch.setattr("jaxsat.numerics.set_up_jax", lambda: None)
     return changes

@@ -10,7 +10,7 @@ from jaxsat.cli.main import run
 @pytest.fixture(autouse=True)
 def in_an_empty_directory(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("jaxsat.cli.shared.numerics.set_up_jax", lambda: None)
+    monkeypatch.setattr("jaxsat.numerics.set_up_jax", lambda: None)
 
 
 def read():

@@ -16,7 +16,7 @@ HEADER = 3
 def own_directory(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     # The cache of compiled programs belongs to the user, the settings of JAX to the test session.
-    monkeypatch.setattr("jaxsat.cli.shared.numerics.set_up_jax", lambda: None)
+    monkeypatch.setattr("jaxsat.numerics.set_up_jax", lambda: None)
 
 
 def lines() -> list[str]:

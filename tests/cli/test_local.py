@@ -19,7 +19,7 @@ TRUTH = json.loads(BUNDLED.with_name("b-specular50.truth.json").read_text())
 def own_directory(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     # The cache of compiled programs belongs to the user, the settings of JAX to the test session.
-    monkeypatch.setattr("jaxsat.cli.shared.numerics.set_up_jax", lambda: None)
+    monkeypatch.setattr("jaxsat.numerics.set_up_jax", lambda: None)
     before = jax.config.read("jax_disable_most_optimizations")
     jax.config.update("jax_disable_most_optimizations", True)
     yield

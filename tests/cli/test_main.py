@@ -100,7 +100,7 @@ def test_a_full_disk_is_one_line_and_leaves_nothing(fake_fit, tmp_path, monkeypa
     def full(*_):
         raise OSError(28, "No space left on device", "attitude.csv")
 
-    monkeypatch.setattr("jaxsat.cli.fit.files.write_attitude_csv", full)
+    monkeypatch.setattr("fitting.report.files.write_attitude_csv", full)
     assert run(["fit", "--no-plots"]) == 1
     assert capsys.readouterr().err.splitlines()[-1] == "jaxsat: error: attitude.csv: No space left on device"
     assert list(tmp_path.iterdir()) == []

@@ -3,7 +3,7 @@
 import subprocess
 import sys
 
-from jaxsat.cli.shared.numerics import _cache_directory, _why_not_writable
+from jaxsat.numerics import _cache_directory, _why_not_writable
 
 
 def test_cache_directory_follows_the_environment(monkeypatch, tmp_path):
@@ -25,7 +25,7 @@ def test_writable_directory_is_made_and_left_empty(tmp_path):
 def test_without_a_place_for_the_cache_jax_still_runs_and_says_so(tmp_path):
     (tmp_path / "file").write_text("")
     script = (
-        "from jaxsat.cli.shared.numerics import set_up_jax; print(set_up_jax()); import jax;"
+        "from jaxsat.numerics import set_up_jax; print(set_up_jax()); import jax;"
         "print(jax.jit(lambda x: x + 1)(jax.numpy.zeros(1)).dtype)"
     )
     environment = {"PATH": "", "JAX_COMPILATION_CACHE_DIR": str(tmp_path / "file" / "below")}

@@ -18,7 +18,7 @@ TRUTH = {"semi_major_axis": 7630026.457, "eccentricity": 0.072661, "inclination"
 @pytest.fixture(autouse=True)
 def in_an_empty_directory(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("jaxsat.cli.shared.numerics.set_up_jax", lambda: None)
+    monkeypatch.setattr("jaxsat.numerics.set_up_jax", lambda: None)
 
 
 def test_elements_of_a_session_with_three_wrong_rows(capsys):

@@ -10,15 +10,9 @@ import numpy as np
 import pytest
 
 from fitting.outcome.diagnostics import diagnose
-from jaxsat.cli.shared.output import (
-    ATTITUDE_COLUMNS,
-    CURRENT_COLUMNS,
-    fit_document,
-    json_text,
-    write_attitude_csv,
-    write_currents_csv,
-)
-from jaxsat.cli.shared.staging import staged_directory
+from jaxsat.files.json_files import json_text
+from fitting.report.document import ATTITUDE_COLUMNS, CURRENT_COLUMNS, fit_document, write_attitude_csv, write_currents_csv
+from jaxsat.files.staging import staged_directory
 from jaxsat.errors import InputError
 from jaxsat.time import Epoch
 

@@ -8,8 +8,8 @@ import pytest
 
 from jaxsat.cli.main import run
 from jaxsat.cli.settings.files import load_config
-from jaxsat.cli.simulate.panels import configured_panels, panel_columns
-from jaxsat.cli.simulate.run import make_session
+from jaxsat.synthetic.panels import configured_panels, panel_columns
+from jaxsat.synthetic.session import make_session
 from jaxsat.errors import InputError
 from jaxsat.telemetry import clean, read_raw_sun
 from jaxsat.telemetry.elements.tle_lines import check_tle_lines
@@ -110,7 +110,7 @@ def test_panels_of_any_outline_see_what_the_box_sees(session):
 
 
 def test_the_command_writes_what_it_says(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("jaxsat.cli.shared.numerics.set_up_jax", lambda: None)
+    monkeypatch.setattr("jaxsat.numerics.set_up_jax", lambda: None)
     config = tmp_path / "x.toml"
     config.write_text("[simulate]\nsatellite = 'TEST'\nzero_offset_mA = 3.0\nnoise_mA = 0.0\nnoise = 'uniform'\n")
     assert run(["simulate", str(config), "--seed", "5", "--out", str(tmp_path / "sim"), "--no-plots"]) == 0

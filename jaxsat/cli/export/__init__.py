@@ -1,1 +1,1 @@
-"""Export."""
+"""`jaxsat export`."""

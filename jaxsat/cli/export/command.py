@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from jaxsat.cli.shared.folders import default_folder
 from jaxsat.errors import InputError
 
 SCHEMA = "jaxsat.export/1"
@@ -45,7 +46,7 @@ def export(
     object_id: Annotated[
         str | None, Parameter(help="OBJECT_ID, as 2000-075C. [default: that of the file's element set]")
     ] = None,
-    out: Annotated[Path, Parameter(help="Directory for the results.")] = Path("jaxsat-export"),
+    out: Annotated[Path, Parameter(help="Directory for the results.")] = default_folder("export"),
 ) -> int:
     """Write the attitude and the orbit of a fit for other programs.
 
@@ -57,9 +58,9 @@ def export(
     Example: jaxsat export munin-fit --format aem --format czml --out munin-out
     """
     from jaxsat.cli.export.formats import ExportedRun, file_bytes
-    from jaxsat.cli.shared.output import plain, write_json
-    from jaxsat.cli.shared.staging import staged_directory
     from jaxsat.cli.shared.terminal import show
+    from jaxsat.files.json_files import plain, write_json
+    from jaxsat.files.staging import staged_directory
 
     formats = list(dict.fromkeys(format or ["aem", "oem"]))
     path = run / "fit.json" if run.is_dir() else run

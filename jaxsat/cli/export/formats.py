@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from jaxsat.cli.shared.output import SCHEMA as FIT_SCHEMA
+from fitting.report.document import SCHEMA as FIT_SCHEMA
 from jaxsat.errors import InputError
+from jaxsat.files.text_file import read_small_file
 from jaxsat.telemetry.ccsds.aem import AttitudeEphemeris, aem_text
 from jaxsat.telemetry.ccsds.oem import OrbitEphemeris, oem_text
 from jaxsat.telemetry.czml import czml_document, icrf_quaternion, to_celestial
-from jaxsat.telemetry.text_file import read_small_file
 from jaxsat.time import Epoch
 
 _LIMIT_BYTES = 256 * 2**20

@@ -8,7 +8,7 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from jaxsat.cli.fit.command import Clock, Outcome, fit_one
+from jaxsat.cli.fit.one import Clock, Outcome, fit_one
 from jaxsat.errors import InputError
 
 if TYPE_CHECKING:
@@ -32,7 +32,8 @@ def fit_many(
     Worst is bad input (1), then not converged (3). Each directory is whole or absent, whenever the run is stopped.
     Raises `InputError` where not even the summary can be written.
     """
-    from jaxsat.cli.shared.terminal import files_summary, show
+    from jaxsat.cli.fit.text import files_summary
+    from jaxsat.cli.shared.terminal import show
 
     outcomes = []
     for number, (path, name) in enumerate(zip(files, directory_names(files), strict=True)):
@@ -70,7 +71,7 @@ def _attempt(
 
 
 def _write_summary(out: Path, outcomes: list[Outcome], total_s: float) -> None:
-    from jaxsat.cli.shared.output import json_text, plain
+    from jaxsat.files.json_files import json_text, plain
 
     counts = Counter(outcome.status for outcome in outcomes)
     document = {

@@ -1,1 +1,1 @@
-"""Local."""
+"""`jaxsat local`."""

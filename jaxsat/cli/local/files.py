@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jaxsat.cli.shared.output import PANELS, csv_numbers, plain, write_json, write_numbers_csv
+from jaxsat.files.csv_files import csv_numbers, write_numbers_csv
+from jaxsat.files.json_files import plain, write_json
+from jaxsat.panel_names import PANEL_NAMES
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -15,7 +17,7 @@ if TYPE_CHECKING:
     from fitting.local.session import LocalSamples
     from fitting.local.solutions import LocalSolutions
     from fitting.measurements.observations import Observations
-    from jaxsat.cli.session.prepared import PreparedSession
+    from fitting.session import PreparedSession
     from jaxsat.time import Epoch
 
 SCHEMA = "jaxsat.local/1"
@@ -38,10 +40,10 @@ ATTITUDE_COLUMNS = {
 CURRENT_COLUMNS = {
     "t_s": "seconds since the epoch",
     "utc": "UTC",
-    **{f"measured_{p}_mA": "panel current after cleaning" for p in PANELS},
-    **{f"direct_{p}_mA": "direct sunlight in it, at the best attitude" for p in PANELS},
-    **{f"albedo_{p}_mA": "light of the Earth in it" for p in PANELS},
-    **{f"less_albedo_{p}_mA": "measured less the light of the Earth" for p in PANELS},
+    **{f"measured_{p}_mA": "panel current after cleaning" for p in PANEL_NAMES},
+    **{f"direct_{p}_mA": "direct sunlight in it, at the best attitude" for p in PANEL_NAMES},
+    **{f"albedo_{p}_mA": "light of the Earth in it" for p in PANEL_NAMES},
+    **{f"less_albedo_{p}_mA": "measured less the light of the Earth" for p in PANEL_NAMES},
 }
 """Columns of currents.csv: what the published `tPsorb`, `tPsun` and `tPsorb2` hold."""
 

@@ -1,1 +1,1 @@
-"""Settings."""
+"""The configuration: all settings in one file, resolved once into the objects that the floors below take."""

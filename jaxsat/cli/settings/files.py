@@ -1,19 +1,13 @@
-"""Configuration files: TOML to `Config` with every error found at once, and a commented template of all keys."""
+"""Configuration files: TOML to `Config`, and a commented template of all keys."""
 
-import difflib
 import json
-import re
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 
 from jaxsat.cli.settings.sections import Config as Config
-from jaxsat.errors import InputError
-from jaxsat.telemetry.text_file import read_small_file
-
-_LIMIT_BYTES = 2**20
+from jaxsat.files.toml_files import read_toml, validated
 
 
 def load_config(path: str | Path | None = None, overrides: Mapping[str, object] | None = None) -> Config:
@@ -22,16 +16,13 @@ def load_config(path: str | Path | None = None, overrides: Mapping[str, object] 
     Raises `InputError` with the path of the first wrong key and the paths of the others, or with the line of a TOML
     syntax error.
     """
-    data = {} if path is None else _parse(Path(path))
+    data = {} if path is None else read_toml(path, kind="TOML configuration")
     for key, value in (overrides or {}).items():
         section, _, name = key.partition(".")
         # A section that is no table is left as it is, for the validation to refuse.
         if isinstance(data.setdefault(section, {}), dict):
             data[section][name] = value
-    try:
-        return Config.model_validate(data)
-    except ValidationError as error:
-        raise _input_error(error, path) from None
+    return validated(Config, data, path)
 
 
 def template() -> str:
@@ -64,57 +55,3 @@ def _table(path: str, section: BaseModel) -> list[str]:
 def _toml(value: object) -> str:
     """Numbers, strings, booleans and lists of them are written alike in JSON and TOML."""
     return json.dumps(value)
-
-
-def _parse(path: Path) -> dict:
-    data = read_small_file(path, limit_bytes=_LIMIT_BYTES, kind="TOML configuration")
-    try:
-        return tomllib.loads(data.decode("utf-8"))
-    except UnicodeDecodeError as error:
-        row = data.count(b"\n", 0, error.start) + 1
-        raise InputError("not UTF-8 text; expected TOML", file=path, row=row) from None
-    except tomllib.TOMLDecodeError as error:
-        place = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
-        row = int(place[1]) if place else data.count(b"\n") + 1
-        reason = re.sub(r" \(at .*\)$", "", str(error)) + (f" at column {place[2]}" if place else " at the end")
-        raise InputError(f"TOML syntax: {reason}", file=path, row=row) from None
-    except RecursionError:
-        raise InputError("TOML syntax: nested too deeply", file=path) from None
-
-
-def _input_error(error: ValidationError, path: str | Path | None) -> InputError:
-    found = error.errors(include_url=False)
-    keys = [_key(item["loc"]) for item in found]
-    others = sorted(set(keys[1:]) - {keys[0]})
-    reason = _reason(found[0])
-    if others:
-        shown = ", ".join(others[:8]) + (", ..." if len(others) > 8 else "")
-        reason += f" (and {len(others)} more wrong: {shown})"
-    return InputError(reason, file=path, field=keys[0])
-
-
-def _key(location: tuple[int | str, ...]) -> str:
-    return re.sub(r"\.(\[)", r"\1", ".".join(f"[{part}]" if isinstance(part, int) else part for part in location))
-
-
-def _reason(item) -> str:
-    """One error in a few words: what was expected, what came."""
-    if item["type"] == "extra_forbidden":
-        return "unknown key" + _suggestion(item["loc"])
-    message = item["msg"].removeprefix("Value error, ")
-    value = item["input"]
-    if item["type"] in ("missing", "value_error") and not isinstance(value, str | int | float):
-        return message
-    shown = repr(value)
-    return f"{message}, found {shown if len(shown) <= 60 else shown[:57] + '...'}"
-
-
-def _suggestion(location: tuple[int | str, ...]) -> str:
-    model: type[BaseModel] = Config
-    for part in location[:-1]:
-        annotation = model.model_fields[str(part)].annotation
-        if not (isinstance(annotation, type) and issubclass(annotation, BaseModel)):
-            return ""
-        model = annotation
-    close = difflib.get_close_matches(str(location[-1]), model.model_fields, n=1)
-    return f"; did you mean {close[0]!r}?" if close else f"; expected one of {', '.join(model.model_fields)}"

@@ -1,1 +1,1 @@
-"""Shared."""
+"""What several commands share."""

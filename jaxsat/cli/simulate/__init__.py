@@ -1,1 +1,1 @@
-"""Simulate."""
+"""`jaxsat simulate`."""

@@ -6,6 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter, validators
 
+from jaxsat.cli.shared.folders import default_folder
 from jaxsat.cli.shared.options import ConfigFile, whole_number
 
 
@@ -21,7 +22,7 @@ def simulate(
             validator=validators.Number(gte=0, lt=2**32),
         ),
     ] = None,
-    out: Annotated[Path, Parameter(help="Directory for the results.")] = Path("jaxsat-simulate"),
+    out: Annotated[Path, Parameter(help="Directory for the results.")] = default_folder("simulate"),
     plots: Annotated[bool, Parameter(help="Draw pictures.")] = True,
 ) -> int:
     """Simulate a session: attitude motion, panel currents, telemetry with its noise, and the truth.
@@ -43,16 +44,19 @@ def simulate(
     if config is None:
         print("jaxsat: no configuration given: simulating the nominal Munin of 2001-01-18", file=sys.stderr)
 
-    from jaxsat.cli.shared.numerics import set_up_jax
-    from jaxsat.cli.shared.staging import staged_directory
     from jaxsat.cli.shared.terminal import show
+    from jaxsat.files.staging import staged_directory
+    from jaxsat.numerics import set_up_jax
 
     set_up_jax()
-    from jaxsat.cli.simulate.files import FILES, simulation_summary, write_simulation
-    from jaxsat.cli.simulate.run import make_session
+    from jaxsat.cli.simulate.text import simulation_summary
+    from jaxsat.synthetic.files import FILES, write_simulation
+    from jaxsat.synthetic.session import SessionPlan, make_session
+
+    plan = SessionPlan(settings.simulate, settings.satellite, settings.given, settings.cleaning, file=config)
 
     with staged_directory(out, FILES) as stage:
-        session = make_session(settings, config)
-        write_simulation(stage, session, settings, plots=plots)
-    show(simulation_summary(session, settings), f"\nresults in {out}")
+        session = make_session(plan)
+        write_simulation(stage, session, plan, plots=plots)
+    show(simulation_summary(session, settings.simulate.satellite), f"\nresults in {out}")
     return 0

@@ -1,1 +1,1 @@
-"""Sweep."""
+"""`jaxsat sweep`."""

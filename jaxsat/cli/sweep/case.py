@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from jaxsat.cli.shared.output import plain, write_json
-from jaxsat.cli.shared.staging import staged_directory
 from jaxsat.cli.shared.terminal import show
 from jaxsat.cli.sweep.files import case_summary
 from jaxsat.errors import InputError
+from jaxsat.files.json_files import plain, write_json
+from jaxsat.files.staging import staged_directory
 from jaxsat.sweep import Factory, Scenario, SweepPlan, read_plan, run_cases
 
 SCHEMA = "jaxsat.sweep-case/1"

@@ -11,9 +11,9 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from jaxsat.cli.shared.output import json_text, plain
 from jaxsat.cli.shared.terminal import plain_table
 from jaxsat.cli.sweep.progress import rate_text
+from jaxsat.files.json_files import json_text, plain
 from jaxsat.significant import count_text, spans_text, unit_text, value_text
 from jaxsat.sweep import MetricSummary, Scenario, SweepPlan, merge_cases, summarise, write_whole
 from jaxsat.sweep.summary import document

@@ -7,14 +7,14 @@ from pathlib import Path
 
 from cyclopts import CycloptsError
 
-from jaxsat.cli.shared import numerics
+from jaxsat import numerics
 from jaxsat.cli.sweep.command import CASES, SEED
 from jaxsat.cli.sweep.scenarios import SCENARIOS, address_of
 from jaxsat.errors import InputError
 from jaxsat.sweep import Scenario, Source, SweepPlan, read_plan
 from jaxsat.sweep.plan import versions
 
-PREPARE = "jaxsat.cli.shared.numerics:set_up_jax"
+PREPARE = "jaxsat.numerics:set_up_jax"
 
 
 @dataclass(frozen=True)

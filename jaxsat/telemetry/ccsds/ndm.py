@@ -14,7 +14,7 @@ import erfa
 import numpy as np
 
 from jaxsat.errors import InputError
-from jaxsat.telemetry.text_file import REAL, read_small_file
+from jaxsat.files.text_file import REAL, read_small_file
 from jaxsat.time import SECONDS_PER_DAY, Epoch
 
 MAX_FILE_BYTES = 256 * 2**20

@@ -10,10 +10,10 @@ from sgp4.api import SGP4_ERRORS, Satrec
 
 from jaxsat.environment.orbit import elements_epoch
 from jaxsat.errors import InputError
+from jaxsat.files.text_file import read_small_file
 from jaxsat.telemetry.elements.omm import OmmRecord, satellite_from_omm
 from jaxsat.telemetry.elements.omm_formats import looks_like_omm, read_omm_records
 from jaxsat.telemetry.elements.tle_lines import check_tle_lines
-from jaxsat.telemetry.text_file import read_small_file
 from jaxsat.time import Epoch
 
 MAX_FILE_BYTES = 64 * 2**20

@@ -5,7 +5,6 @@ its reason. The sum filter comes before the averaging, so that one spoilt row do
 """
 
 import dataclasses
-import math
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,11 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from jaxsat.errors import InputError
+from jaxsat.satellites.numbers import SatelliteNumbers
 from jaxsat.telemetry.raw_sun.reading import RawSunFile
+from jaxsat.telemetry.raw_sun.settings import PANELS, CleaningSettings
 from jaxsat.time import Epoch
-
-PANELS = ("+X", "-X", "+Y", "-Y", "+Z", "-Z")
-"""The natural order of the six panels: columns of `Session.currents_mA`."""
 
 DATE = "date far from that of the first row"
 SUM = "absurd sum of currents"
@@ -27,36 +25,6 @@ NO_READING = ("magnetometer By: no reading", "magnetometer Bz: no reading")
 
 _SAME_INSTANT_S = 1e-3
 """Rows closer in time than the file's last digit are one instant."""
-
-
-@dataclass(frozen=True)
-class CleaningSettings:
-    """What counts as wrong in a session, and what is left out by hand."""
-
-    max_date_difference_days: float = 1.0
-    """Rows further than this from the first row's time are ignored (`dif_Date`)."""
-    panel_order: tuple[str, ...] = PANELS
-    """Panels of the file's six current columns."""
-    max_current_sum_mA: float = 830.0
-    """Largest believable sum of the six currents: twice sqrt(3) x 240 mA, the most that the Sun gives a cube of 240 mA
-    panels, leaves room for an albedo as bright as the Sun."""
-    max_sum_mismatch_mA: float = 20.0
-    """Largest difference between the telemetered sum and the six currents; rounding explains 3.5 mA."""
-    max_field_uT: float = 100.0
-    """Magnetometer readings beyond this are failures (`Bmax`); 999.9 marks one, the field stays below 70 uT."""
-    drop_s: tuple[tuple[float, float], ...] = ()
-    """Closed intervals of time since the earliest good sample; samples within are left out by hand."""
-
-    def __post_init__(self):
-        if sorted(self.panel_order) != sorted(PANELS):
-            raise ValueError(f"panel_order must name each of {', '.join(PANELS)} once, got {self.panel_order}")
-        for name in ("max_date_difference_days", "max_current_sum_mA", "max_sum_mismatch_mA", "max_field_uT"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise ValueError(f"{name} must be positive and finite, got {value}")
-        for interval in self.drop_s:
-            if len(interval) != 2 or not (interval[0] <= interval[1]):
-                raise ValueError(f"drop_s must hold intervals (t0, t1) with t0 <= t1, got {interval}")
 
 
 @dataclass(frozen=True)
@@ -94,6 +62,8 @@ class Session:
     repeats: np.ndarray
     """[time] rows averaged into the sample."""
     rejections: tuple[Rejection, ...]
+    cleaning: CleaningSettings
+    """How it was cleaned."""
     raw: RawSunFile
     """The file as read, for pictures of before and after."""
     raw_t_s: np.ndarray
@@ -115,13 +85,16 @@ class Session:
         )
 
 
-def clean(raw: RawSunFile, settings: CleaningSettings | None = None) -> Session:
-    """Returns the session of a raw file.
+def clean(
+    raw: RawSunFile, settings: CleaningSettings | None = None, satellite: SatelliteNumbers | None = None
+) -> Session:
+    """Returns the session of a raw file; the panels of `satellite` limit the sum of currents where the settings do not.
 
     Raises `InputError` where nothing is left, and where the date filter would drop most rows: then the first row's
     date, on which it rests, is the likely error.
     """
-    settings = settings or CleaningSettings()
+    settings, satellite = settings or CleaningSettings(), satellite or SatelliteNumbers()
+    max_current_sum_mA = settings.max_current_sum_mA or satellite.largest_current_sum_mA
     t = _seconds_since_first_row(raw.sample_time)
     currents = raw.currents_mA[:, [settings.panel_order.index(panel) for panel in PANELS]]
     used = np.ones(t.size, dtype=bool)
@@ -143,7 +116,7 @@ def clean(raw: RawSunFile, settings: CleaningSettings | None = None) -> Session:
     used &= reject(far, DATE, days, "days")
 
     total = np.maximum(np.sum(np.abs(currents), axis=1), np.abs(raw.current_sum_mA))
-    used &= reject(total > settings.max_current_sum_mA, SUM, total, "mA")
+    used &= reject(total > max_current_sum_mA, SUM, total, "mA")
     mismatch = raw.current_sum_mA - np.sum(currents, axis=1)
     used &= reject(np.abs(mismatch) > settings.max_sum_mismatch_mA, MISMATCH, mismatch, "mA")
     _require_some(used, rejections, raw)
@@ -184,6 +157,7 @@ def clean(raw: RawSunFile, settings: CleaningSettings | None = None) -> Session:
         b_field_uT=average(b_field),
         repeats=np.diff(starts, append=order.size),
         rejections=tuple(sorted(rejections, key=lambda rejection: rejection.row)),
+        cleaning=settings,
         raw=raw,
         raw_t_s=t,
         raw_currents_mA=currents,

@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from jaxsat.errors import InputError
+from jaxsat.files.text_file import REAL, read_small_file
 from jaxsat.telemetry.elements.tle_lines import check_tle_lines
-from jaxsat.telemetry.text_file import REAL, read_small_file
 from jaxsat.time import Epoch
 
 MAX_FILE_BYTES = 16 * 2**20

@@ -34,7 +34,7 @@ UNITS = {
 def test_session_keeps_its_jax():
     # The cache of compiled programs belongs to the user, the settings of JAX to the test session.
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("jaxsat.cli.shared.numerics.set_up_jax", lambda: None)
+        patch.setattr("jaxsat.numerics.set_up_jax", lambda: None)
         yield
 
 

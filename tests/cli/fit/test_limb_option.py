@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from jaxsat.cli.fit.limb import LimbInput
+from fitting.measurements.limb_input import LimbInput
 from jaxsat.cli.main import run
 from jaxsat.cli.session.inputs import observations
 from jaxsat.cli.session.prepared import BUNDLED, prepare_session
@@ -22,7 +22,7 @@ STRAY = "2001-01-18T04:54:40,1,2"
 @pytest.fixture(autouse=True)
 def own_directory(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("jaxsat.cli.shared.numerics.set_up_jax", lambda: None)
+    monkeypatch.setattr("jaxsat.numerics.set_up_jax", lambda: None)
 
 
 def write(*rows) -> Path:

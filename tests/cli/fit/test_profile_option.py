@@ -51,7 +51,7 @@ def asked(monkeypatch, fit_result):
     monkeypatch.setitem(sys.modules, "fitting.estimate", module)
     monkeypatch.setattr("fitting.estimate", module, raising=False)
     monkeypatch.setattr("jaxsat.cli.fit.profiles.profile_all", profile_all)
-    monkeypatch.setattr("jaxsat.cli.shared.numerics.set_up_jax", lambda: None)
+    monkeypatch.setattr("jaxsat.numerics.set_up_jax", lambda: None)
     return calls
 
 

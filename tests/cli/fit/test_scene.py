@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from jaxsat.cli.fit.scene import dark_spans, look_around, scene_document
+from fitting.report.scene import dark_spans, look_around, scene_document
 from jaxsat.cli.session.inputs import observations
 from jaxsat.cli.session.prepared import BUNDLED, prepare_session
 from jaxsat.cli.settings.files import load_config

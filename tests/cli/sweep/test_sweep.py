@@ -29,7 +29,7 @@ def own_directory(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(FOLDER)
     # The cache of compiled programs belongs to the user, the settings of JAX to the test session.
-    monkeypatch.setattr("jaxsat.cli.shared.numerics.set_up_jax", lambda: None)
+    monkeypatch.setattr("jaxsat.numerics.set_up_jax", lambda: None)
 
 
 def start(*arguments: str) -> subprocess.Popen:
@@ -37,7 +37,7 @@ def start(*arguments: str) -> subprocess.Popen:
     path = os.pathsep.join([str(FOLDER), os.environ.get("PYTHONPATH", "")])
     # Without JAX, which the scenario does not need and which would take most of the time.
     script = (
-        "import jaxsat.cli.shared.numerics as n; n.set_up_jax = lambda: None; import jaxsat.cli.main as m; m.main()"
+        "import jaxsat.numerics as n; n.set_up_jax = lambda: None; import jaxsat.cli.main as m; m.main()"
     )
     command = [sys.executable, "-c", script, "sweep", FAKE, "--no-plots", *arguments]
     return subprocess.Popen(

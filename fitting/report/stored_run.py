@@ -1,0 +1,142 @@
+"""Reads back the files of a fit, all that its report is made of."""
+
+import csv
+import io
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fitting.outcome.diagnostics import Diagnostics, PanelResiduals
+from fitting.outcome.profile import Profile
+from fitting.outcome.result import FitResult, FittedParameter
+from fitting.parameters.null_space import Direction
+from fitting.report.document import ATTITUDE_COLUMNS, CURRENT_COLUMNS, SCHEMA
+from fitting.report.files import FILES
+from jaxsat.errors import InputError
+from jaxsat.files.text_file import read_small_file
+from jaxsat.panel_names import PANEL_NAMES
+
+LIMIT_BYTES = 256 * 2**20
+SCHEMAS = {"fit.json": SCHEMA, "provenance.json": "jaxsat.provenance/1", "scene.json": "jaxsat.scene/1"}
+
+
+@dataclass(frozen=True)
+class Run:
+    """A fit as its directory holds it."""
+
+    result: FitResult
+    diagnostics: Diagnostics
+    profiles: tuple[Profile, ...]
+    provenance: dict[str, Any]
+    scene: dict[str, Any] | None
+    """None where there is no scene.json, as in directories of older versions."""
+    pictures: dict[str, bytes]
+    """PNG content by file name."""
+
+
+def read_run(directory: Path) -> Run:
+    """Returns the run; raises `InputError` for a directory that is none, or a file of it that is not as written."""
+    if not (directory / "fit.json").exists():
+        several = (directory / "summary.json").exists()
+        hint = (
+            "holds several runs; name one of its directories" if several else "no fit.json; expected results of a fit"
+        )
+        raise InputError(hint, file=directory)
+    fit, provenance = _document(directory / "fit.json"), _document(directory / "provenance.json")
+    scene = directory / "scene.json"
+    attitude = _columns(directory / "attitude.csv", ATTITUDE_COLUMNS)
+    currents = _columns(directory / "currents.csv", CURRENT_COLUMNS)
+    try:
+        result = _result(fit, provenance, attitude, currents)
+        diagnostics, profiles = _diagnostics(fit["diagnostics"]), tuple(_profile(p) for p in fit["profiles"].values())
+        _ = [provenance[key] for key in ("label", "epoch_utc", "rows", "samples", "orbit", "rejections", "settings")]
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        reason = f"these are not the files that this version of jaxsat writes ({type(error).__name__}: {error}); "
+        raise InputError(reason + "fit the session again", file=directory) from None
+    pictures = {name: (directory / name).read_bytes() for name in FILES if _is_picture(directory / name)}
+    return Run(result, diagnostics, profiles, provenance, _document(scene) if scene.exists() else None, pictures)
+
+
+def _is_picture(path: Path) -> bool:
+    return path.suffix == ".png" and path.is_file()
+
+
+def _document(path: Path) -> dict[str, Any]:
+    text = read_small_file(path, limit_bytes=LIMIT_BYTES, kind="JSON")
+    try:
+        document = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"is no JSON: {error}", file=path) from None
+    found = document.get("schema") if isinstance(document, dict) else None
+    if found != SCHEMAS[path.name]:
+        raise InputError(f"expected {SCHEMAS[path.name]}, got {found}", file=path, field="schema")
+    return document
+
+
+def _columns(path: Path, expected: Iterable[str]) -> dict[str, np.ndarray]:
+    """Numbers by column; an empty field is NaN, and so is all of `utc`."""
+    text = read_small_file(path, limit_bytes=LIMIT_BYTES, kind="CSV").decode("utf-8", errors="replace")
+    rows = list(csv.reader(io.StringIO(text)))
+    names = list(expected)
+    if rows[0] != names:
+        missing = [name for name in names if name not in rows[0]] or ["other columns"]
+        raise InputError(f"expected the columns that a fit writes; missing: {', '.join(missing)}", file=path, row=1)
+    table = np.full((len(rows) - 1, len(names)), np.nan)
+    for number, row in enumerate(rows[1:], 2):
+        if len(row) != len(names):
+            raise InputError(f"{len(row)} fields; expected {len(names)}", file=path, row=number)
+        for column, (name, field) in enumerate(zip(names, row, strict=True)):
+            if field and name != "utc":
+                try:
+                    table[number - 2, column] = float(field)
+                except ValueError:
+                    raise InputError(f"expected a number, got {field!r}", file=path, row=number, field=name) from None
+    return dict(zip(names, table.T, strict=True))
+
+
+def _stack(columns: dict[str, np.ndarray], names: Sequence[str]) -> np.ndarray:
+    return np.column_stack([columns[name] for name in names])
+
+
+def _result(fit: dict, provenance: dict, attitude: dict, currents: dict) -> FitResult:
+    if len(attitude["t_s"]) != len(currents["t_s"]) or len(attitude["t_s"]) != len(fit["attitude"]["t_s"]):
+        raise ValueError("fit.json, attitude.csv and currents.csv differ in their number of samples")
+    notes, limb = provenance["notes"], fit.get("limb", {})
+    directions = ({k: v for k, v in each.items() if k != "blind"} for each in fit["unseen"])
+    return FitResult(
+        **{name: fit[name] for name in ("status", "message", "chi2", "dof", "residual_rms_mA", "gauge")},
+        parameters=tuple(FittedParameter(name, note=notes.get(name, ""), **p) for name, p in fit["parameters"].items()),
+        correlations=fit["correlations"],
+        t_s=attitude["t_s"],
+        quaternion_inertial_from_body=_stack(attitude, [f"q_{c}" for c in "wxyz"]),
+        angular_velocity_rad_s=_stack(attitude, [f"rate_{c}_rad_s" for c in "xyz"]),
+        attitude_sigma_deg=_stack(attitude, [f"attitude_sigma_{c}_deg" for c in "xyz"]),
+        field_angle_deg=attitude["field_angle_deg"],
+        field_angle_sigma_deg=attitude["field_angle_sigma_deg"],
+        measured_mA=_stack(currents, [f"measured_{p}_mA" for p in PANEL_NAMES]),
+        modelled_mA=_stack(currents, [f"modelled_{p}_mA" for p in PANEL_NAMES]),
+        modelled_direct_mA=_stack(currents, [f"direct_{p}_mA" for p in PANEL_NAMES]),
+        weight=_stack(currents, [f"weight_{p}" for p in PANEL_NAMES]),
+        limited=attitude["limited"] > 0.5,
+        lit=attitude["lit"] > 0.5,
+        limb_samples=limb.get("rows_used", 0),
+        limb_rms_deg=limb.get("rms_deg"),
+        alternatives=tuple(provenance["alternatives"]),
+        unseen=tuple(Direction(**each) for each in directions),
+        timing_s=fit["timing_s"],
+    )
+
+
+def _diagnostics(content: dict) -> Diagnostics:
+    panels = {name: PanelResiduals(**panel) for name, panel in content["panels"].items()}
+    return Diagnostics(**{**content, "panels": panels})
+
+
+def _profile(content: dict) -> Profile:
+    arrays = {name: np.array(content[name]) for name in ("values", "rise", "rise_data", "settled")}
+    intervals = {name: tuple(content[name]) for name in ("interval_68", "interval_95")}
+    return Profile(**{**content, **arrays, **intervals})

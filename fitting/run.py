@@ -1,0 +1,157 @@
+"""The main job from Python: a session of telemetry in, attitude and parameters out, written as by `jaxsat fit`."""
+
+import dataclasses
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import jax
+
+from fitting.estimate import estimate
+from fitting.measurements.limb_input import LimbInput
+from fitting.measurements.observations import LIMB_FIELD
+from fitting.outcome.profile import Profile
+from fitting.outcome.profiler import Profiler
+from fitting.outcome.result import FitResult, FittedParameter
+from fitting.parameters.nominal import nominal_model
+from fitting.report.files import FILES, write_fit
+from fitting.report.scene import Sky, look_around
+from fitting.session import PreparedSession, prepare_session
+from fitting.settings import FitSettings
+from fitting.starts.multi_start import Progress
+from jaxsat.errors import InputError
+from jaxsat.files.staging import staged_directory
+from jaxsat.given import Given
+from jaxsat.satellites import SatelliteNumbers
+from jaxsat.telemetry import MatchedLimbAngles, Session
+
+
+@dataclass(frozen=True)
+class SessionFit:
+    """The fit of one session: its result, and all that its report is made of."""
+
+    result: FitResult
+    prepared: PreparedSession
+    satellite: SatelliteNumbers
+    settings: FitSettings
+    sky: Callable[[], Sky]
+    """What the motion happens in; waits where it is still being computed."""
+    profiles: Sequence[Profile] = ()
+    limb: MatchedLimbAngles | None = None
+    """Limb angles that were fitted too."""
+    remarks: Sequence[str] = ()
+    """Warnings of what was given and is not used, and of profiles that could not be taken."""
+
+    @property
+    def status(self) -> str:
+        """`converged`, `not_converged` or `ambiguous`."""
+        return self.result.status
+
+    @property
+    def message(self) -> str:
+        """Why the status is what it is."""
+        return self.result.message
+
+    @property
+    def parameters(self) -> tuple[FittedParameter, ...]:
+        """All parameters of the model, the fitted and the fixed, in the units of their names."""
+        return self.result.parameters
+
+    def write(self, directory: str | Path, *, plots: bool = True) -> list[str]:
+        """Writes the files of `jaxsat fit` into a directory, whole or not at all; returns warnings.
+
+        Only files of these names are replaced in a directory that exists. Raises `InputError` where it cannot be
+        written.
+        """
+        with staged_directory(Path(directory), FILES) as stage:
+            return self.write_into(stage, plots=plots)[1]
+
+    def write_into(self, stage: Path, *, plots: bool = True, began: float | None = None) -> tuple[FitResult, list[str]]:
+        """Writes the same into an empty directory; returns the result as it was written, and warnings.
+
+        The total time is counted from `began` (perf_counter), or is that of the fit and of the writing.
+        """
+        known = self.result.timing_s.get("total", 0.0)
+        return write_fit(
+            stage,
+            self.result,
+            self.prepared,
+            self.satellite,
+            self.settings,
+            sky=self.sky(),
+            began=time.perf_counter() - known if began is None else began,
+            plots=plots,
+            profiles=self.profiles,
+            limb=self.limb,
+            remarks=self.remarks,
+        )
+
+
+def fit(
+    satellite: SatelliteNumbers,
+    session: Session,
+    *,
+    free: str | Sequence[str] | None = None,
+    settings: FitSettings | None = None,
+    given: Given | None = None,
+    limb: str | Path | None = None,
+    profiles: Sequence[str] = (),
+    progress: Progress = lambda *_: None,
+) -> SessionFit:
+    """Fits attitude and parameters to the panel currents of a session.
+
+    `satellite` (`jaxsat.read_satellite`) holds the nominal values, `session` (`jaxsat.read_telemetry`) the telemetry.
+    `free` names what is fitted, in place of `settings.free`; `given` is what of orbit, Earth and Sun shall not be found
+    from the session; `limb` a CSV file of limb angles; `profiles` names free parameters whose cost is walked along.
+    A fit that does not converge is a result with that status. Raises `InputError` for what cannot be fitted, ValueError
+    (pydantic's) for a setting that cannot be, and ValueError where JAX works in single precision.
+    """
+    settings = settings or FitSettings()
+    if free is not None:
+        settings = FitSettings.model_validate({**dict(settings), "free": free})
+    began = time.perf_counter()
+    prepared = prepare_session(session, given)
+    prepare_s = time.perf_counter() - began
+    found = fit_prepared(
+        prepared, satellite, settings, limb=None if limb is None else Path(limb), profiles=profiles, progress=progress
+    )
+    times = {**found.result.timing_s, "total": time.perf_counter() - began}
+    times["prepare"] += prepare_s
+    return dataclasses.replace(found, result=dataclasses.replace(found.result, timing_s=times))
+
+
+def fit_prepared(
+    prepared: PreparedSession,
+    satellite: SatelliteNumbers,
+    settings: FitSettings,
+    *,
+    limb: Path | None = None,
+    profiles: Sequence[str] = (),
+    progress: Progress = lambda *_: None,
+    sky_ahead: bool = False,
+) -> SessionFit:
+    """The same from a session whose orbit is there; with `sky_ahead` what a report shows is computed beside the fit."""
+    if not jax.config.read("jax_enable_x64"):
+        raise ValueError("a fit works in 64-bit numbers and JAX in 32-bit ones: call jaxsat.set_up_jax() first")
+    path = prepared.session.path
+    sighted = LimbInput.read(limb, prepared.session, settings)
+    samples = prepared.observations(settings.arc_s, sighted.angles)
+    sky = look_around(prepared, samples, at_once=sky_ahead)
+    nominal = nominal_model(satellite)
+    try:
+        profiler = Profiler(profiles, nominal, settings, progress)
+        result = estimate(samples, nominal, settings, progress=progress, at_minimum=profiler)
+    except InputError as error:
+        source = limb if error.field == LIMB_FIELD else path
+        raise InputError(error.reason, file=source, row=error.row, field=error.field) from None
+    return SessionFit(
+        result,
+        prepared,
+        satellite,
+        settings,
+        sky,
+        profiles=profiler.profiles,
+        limb=sighted.matched,
+        remarks=[*sighted.remarks, *profiler.reasons],
+    )

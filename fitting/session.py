@@ -1,0 +1,94 @@
+"""From a session to what a fit starts from: its orbit, the Earth's rotation, the Sun, and the samples of an arc."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fitting.measurements.observations import Observations
+from fitting.orbit.orbit_fit import OrbitFit, fit_orbit, given_orbit
+from jaxsat.bundled import told_names
+from jaxsat.constants import EARTH_MU
+from jaxsat.environment import igrf_field, sun_directions
+from jaxsat.errors import InputError
+from jaxsat.given import Given
+from jaxsat.telemetry import Session, check_usable
+from jaxsat.time import greenwich_angle
+
+
+@dataclass(frozen=True)
+class PreparedSession:
+    """A session with its orbit, fitted to its positions or given, and with what else is given in place of found."""
+
+    session: Session
+    orbit_fit: OrbitFit
+    given: Given = Given()
+
+    @property
+    def telemetry(self) -> str:
+        """The file as results name it: the path as given, or the bundled file's name with the word synthetic."""
+        return told_names(self.session.path)[0]
+
+    @property
+    def label(self) -> str:
+        """The same for titles, short."""
+        return told_names(self.session.path)[1]
+
+    @property
+    def subtitle(self) -> str:
+        """Line below the titles of pictures and reports."""
+        return f"{self.label}, epoch {self.session.epoch.iso(3)} UTC"
+
+    @property
+    def greenwich_angle(self) -> float:
+        """Of the Earth at t = 0 [rad]."""
+        # The passage that the user means, which need not be the first after t = 0.
+        perigee_s = self.given.orbit.time_of_perigee_s
+        angle = self.given.earth.greenwich_angle(self.orbit_fit.time_of_perigee_s if perigee_s is None else perigee_s)
+        return greenwich_angle(self.session.epoch) if angle is None else angle
+
+    def sun_eci(self, t_s: np.ndarray) -> np.ndarray:
+        """[time 3] unit vectors to the Sun."""
+        return sun_directions(self.session.epoch, t_s, fixed=self.given.sun.direction_eci)
+
+    def observations(self, arc_s: tuple[float, float] | None = None, limb: np.ndarray | None = None) -> Observations:
+        """Samples of an arc [t0, t1], of all by default; raises `InputError` where they cannot tell an attitude.
+
+        `limb` [time 2] are the limb angles at all samples of the session [rad], NaN where not measured.
+        """
+        session, earth = self.session, self.given.earth
+        inside = np.ones(len(session.t_s), bool)
+        if arc_s is not None:
+            begin, end = arc_s
+            inside = (session.t_s >= begin) & (session.t_s <= end)
+            if not inside.any():
+                raise InputError(
+                    f"no sample between {begin:g} and {end:g} s; the session runs from {session.t_s[0]:g} to "
+                    f"{session.t_s[-1]:g} s",
+                    file=session.path,
+                    field="arc",
+                )
+        check_usable(replace(session, t_s=session.t_s[inside], currents_mA=session.currents_mA[inside]))
+        return Observations(
+            t=session.t_s[inside],
+            currents=1e-3 * session.currents_mA[inside],
+            orbit=self.orbit_fit.orbit,
+            field=igrf_field(session.epoch.decimal_year()),
+            greenwich_angle=self.greenwich_angle,
+            earth_rotation_rate=earth.rotation_rate_rad_s,
+            earth_radius=1e3 * earth.radius_km,
+            sun_eci=self.sun_eci(session.t_s)[inside],
+            limb=None if limb is None else limb[inside],
+        )
+
+
+def prepare_session(session: Session, given: Given | None = None) -> PreparedSession:
+    """Fits the orbit of a cleaned session, or takes the given one; raises `InputError`."""
+    given = given or Given()
+    if given.time.zero_s:
+        session = session.with_time_zero(given.time.zero_s)
+    elements = given.orbit.elements(EARTH_MU)
+    if elements is None:
+        orbit_fit = fit_orbit(session.t_s, session.position_eci_m, session.velocity_eci_m_s, file=session.path)
+    else:
+        orbit_fit = given_orbit(elements, session.t_s, session.position_eci_m)
+    return PreparedSession(session, orbit_fit, given)

@@ -1,0 +1,13 @@
+"""The synthetic sessions that come with the program, and how results call a session's file."""
+
+from pathlib import Path
+
+BUNDLED = Path(__file__).parent / "data" / "munin" / "b-specular50.RAW_SUN"
+"""The session taken where no file is given. All sessions beside it are synthetic, and results say so."""
+
+
+def told_names(path: Path) -> tuple[str, str]:
+    """Returns the file as results name it, and a short name for titles; bundled ones with the word synthetic."""
+    if path.resolve().parent == BUNDLED.resolve().parent:
+        return f"{path.name} (bundled, synthetic)", f"{path.stem} (bundled, synthetic)"
+    return str(path), path.stem

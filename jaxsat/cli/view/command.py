@@ -1,0 +1,100 @@
+"""`jaxsat view`: the report of a fit, built again from its files, and shown."""
+
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter, validators
+
+from jaxsat.cli.shared.options import whole_number
+
+REPORT = "report.html"
+
+
+def view(
+    run: Annotated[Path, Parameter(help="Directory that `jaxsat fit` has written.")],
+    /,
+    *,
+    open_page: Annotated[bool, Parameter(name="--open", help="Open the page in a browser, where there is one.")] = True,
+    port: Annotated[
+        int | None,
+        Parameter(
+            help="Serve the page on this port of this machine alone until interrupted, as for an SSH tunnel.",
+            converter=whole_number,
+            validator=validators.Number(gte=1, lte=65535),
+        ),
+    ] = None,
+    out: Annotated[Path | None, Parameter(help="Directory for report.html. [default: that of the run]")] = None,
+) -> int:
+    """Build the report of a fit again from its files, print where it is and open it.
+
+    Takes fit.json, provenance.json, scene.json, the tables and the
+    pictures of RUN; nothing is computed anew.
+
+    Exit status: 0 done, 1 bad input, 2 wrong usage.
+
+    Example: jaxsat view munin-fit
+
+    Example: jaxsat view munin-fit --port 8000
+    """
+    from fitting.report.page import fit_page
+    from fitting.report.stored_run import read_run
+    from jaxsat.files.staging import staged_directory
+
+    found = read_run(run)
+    page = fit_page(
+        found.result,
+        found.pictures,
+        diagnostics=found.diagnostics,
+        profiles=found.profiles,
+        provenance=found.provenance,
+        scene=found.scene,
+    )
+    target = out or run
+    with staged_directory(target) as stage:
+        (stage / REPORT).write_text(page, encoding="utf-8")
+    if found.scene is None:
+        print("jaxsat: no scene.json: the page is without its view of the motion", file=sys.stderr)
+    print(target / REPORT)
+    if port is not None:
+        serve(page.encode(), port)
+    elif open_page and has_screen():
+        import webbrowser
+
+        webbrowser.open((target / REPORT).resolve().as_uri())
+    return 0
+
+
+def has_screen() -> bool:
+    """Whether a browser would have a screen: a text browser in the terminal is not what is meant."""
+    return sys.platform in ("darwin", "win32") or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))
+
+
+def serve(page: bytes, port: int) -> None:
+    """Answers every request on 127.0.0.1 with the page, until interrupted; raises `InputError` for a port in use."""
+    from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+    from jaxsat.errors import InputError
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            self.send_response(200)
+            self.send_header("Content-Type", "text/html; charset=utf-8")
+            self.send_header("Content-Length", str(len(page)))
+            self.end_headers()
+            self.wfile.write(page)
+
+        def log_message(self, format: str, *args: object) -> None:
+            """Silent: the page is asked for by one person."""
+
+    try:
+        server = ThreadingHTTPServer(("127.0.0.1", port), Handler)
+    except OSError as error:
+        raise InputError(f"cannot be used: {error.strerror}", field=f"port {port}") from None
+    with server:
+        print(f"http://127.0.0.1:{port}/ until interrupted by Ctrl-C", flush=True)
+        try:
+            server.serve_forever()
+        except KeyboardInterrupt:
+            print("", file=sys.stderr)

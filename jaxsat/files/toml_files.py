@@ -1,0 +1,82 @@
+"""TOML files: read within limits, checked against a model with every error found at once."""
+
+import difflib
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from jaxsat.errors import InputError
+from jaxsat.files.text_file import read_small_file
+
+_LIMIT_BYTES = 2**20
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def read_toml(path: str | Path, *, kind: str) -> dict[str, Any]:
+    """Returns the tables of a file; raises `InputError` with the line of a syntax error. `kind` is for messages."""
+    path = Path(path)
+    data = read_small_file(path, limit_bytes=_LIMIT_BYTES, kind=kind)
+    try:
+        return tomllib.loads(data.decode("utf-8"))
+    except UnicodeDecodeError as error:
+        row = data.count(b"\n", 0, error.start) + 1
+        raise InputError("not UTF-8 text; expected TOML", file=path, row=row) from None
+    except tomllib.TOMLDecodeError as error:
+        place = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
+        row = int(place[1]) if place else data.count(b"\n") + 1
+        reason = re.sub(r" \(at .*\)$", "", str(error)) + (f" at column {place[2]}" if place else " at the end")
+        raise InputError(f"TOML syntax: {reason}", file=path, row=row) from None
+    except RecursionError:
+        raise InputError("TOML syntax: nested too deeply", file=path) from None
+
+
+def validated(model: type[Model], data: Mapping[str, Any], path: str | Path | None = None) -> Model:
+    """Returns the model of the data.
+
+    Raises `InputError` with the path of the first wrong key, its reason, and the paths of the others.
+    """
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        raise _input_error(model, error, path) from None
+
+
+def _input_error(model: type[BaseModel], error: ValidationError, path: str | Path | None) -> InputError:
+    found = error.errors(include_url=False)
+    keys = [_key(item["loc"]) for item in found]
+    others = sorted(set(keys[1:]) - {keys[0]})
+    reason = _reason(model, found[0])
+    if others:
+        shown = ", ".join(others[:8]) + (", ..." if len(others) > 8 else "")
+        reason += f" (and {len(others)} more wrong: {shown})"
+    return InputError(reason, file=path, field=keys[0])
+
+
+def _key(location: tuple[int | str, ...]) -> str:
+    return re.sub(r"\.(\[)", r"\1", ".".join(f"[{part}]" if isinstance(part, int) else part for part in location))
+
+
+def _reason(model: type[BaseModel], item) -> str:
+    """One error in a few words: what was expected, what came."""
+    if item["type"] == "extra_forbidden":
+        return "unknown key" + _suggestion(model, item["loc"])
+    message = item["msg"].removeprefix("Value error, ")
+    value = item["input"]
+    if item["type"] in ("missing", "value_error") and not isinstance(value, str | int | float):
+        return message
+    shown = repr(value)
+    return f"{message}, found {shown if len(shown) <= 60 else shown[:57] + '...'}"
+
+
+def _suggestion(model: type[BaseModel], location: tuple[int | str, ...]) -> str:
+    for part in location[:-1]:
+        annotation = model.model_fields[str(part)].annotation
+        if not (isinstance(annotation, type) and issubclass(annotation, BaseModel)):
+            return ""
+        model = annotation
+    close = difflib.get_close_matches(str(location[-1]), model.model_fields, n=1)
+    return f"; did you mean {close[0]!r}?" if close else f"; expected one of {', '.join(model.model_fields)}"

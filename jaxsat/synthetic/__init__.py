@@ -1,0 +1,1 @@
+"""Synthetic sessions: telemetry made by the simulator, with its truth (the program `Orfs`)."""
