@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from jaxsat.bundled import BUNDLED
 from jaxsat.cli.main import run
-from jaxsat.cli.session.prepared import BUNDLED
 
 HEAVY = ("jax", "matplotlib", "scipy", "numpy", "pydantic", "equinox", "erfa")
 

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from fitting.parameters.names import MODEL, NAMED, STATE, TILTS, TO_UNIT, UNITS, parse_free
-from fitting.parameters.parametrization import Nominal, Parametrization, PriorSigma, build_model, parametrization
+from fitting.parameters.nominal import Nominal
+from fitting.parameters.parametrization import Parametrization, build_model, parametrization
+from fitting.settings import PriorSigma
 from jaxsat.errors import InputError
 from jaxsat.spacecraft import box_normals
 
