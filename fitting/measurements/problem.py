@@ -98,18 +98,17 @@ def predict_blocks(
     moving, fixed = x[:n_moving], x[n_moving:]
 
     def model(x_model):
-        craft, albedo = build_model(parameters.values(x_model), jnp.asarray(parameters.reference_field))
-        panels = craft.panels
+        craft, panels, albedo = build_model(parameters.values(x_model), jnp.asarray(parameters.reference_field))
         optical = (
             panels.max_current,
             panels.gains,
             albedo,
             *([panels.normals] if set(TILTS) & set(parameters.free) else []),
         )
-        return (craft.inertia, craft.magnet, craft.rods.moments), optical, craft
+        return (craft.inertia, craft.magnet, craft.rods.moments), optical, (craft, panels.normals)
 
     # Once, and not in the loops that follow: to first order, which is all that a Jacobian asks, these are linear.
-    mechanical, optical, craft = model(x[6:])
+    mechanical, optical, (craft, normals) = model(x[6:])
     by_model = jax.jacfwd(lambda x_model: model(x_model)[:2])(x[6:])
 
     def linear(there, slopes, shift, columns):
@@ -133,7 +132,7 @@ def predict_blocks(
         max_current, gains, albedo, *tilted = linear(
             optical, by_model[1], fixed - x[n_moving:], slice(n_moving - 6, None)
         )
-        panels = SolarPanels(tilted[0] if tilted else craft.panels.normals, max_current, gains)
+        panels = SolarPanels(tilted[0] if tilted else normals, max_current, gains)
         turned = quaternion.multiply(q, quaternion.from_rotation_vector(turn))
         modelled = panel_currents(turned, panels, albedo, light)
         return modelled, modelled

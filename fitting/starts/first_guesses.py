@@ -105,7 +105,7 @@ def _first_guesses(
     `measured` are the currents, of dead panels `filled_in`. `samples` are the first two lit ones: each pair of their
     best field-aligned attitudes gives a start and its rate.
     """
-    spacecraft, _ = build_model(jnp.asarray(parameters.nominal)[: len(MODEL)], jnp.asarray(parameters.reference_field))
+    _, panels, _ = build_model(jnp.asarray(parameters.nominal)[: len(MODEL)], jnp.asarray(parameters.reference_field))
     first = samples[0]
     attitude, rate = random_starts(key, count, measured[first], problem.light.sun_eci[first], max_rate)
 
@@ -113,7 +113,7 @@ def _first_guesses(
         light = jax.tree.map(lambda leaf: leaf[sample], problem.light)
         node = jnp.asarray(problem.grid.sample_node)[sample]
         field = problem.orbit.b_field_eci[node]
-        return search_roll(measured[sample], field, spacecraft.panels, light, jnp.asarray(1.0))
+        return search_roll(measured[sample], field, panels, light, jnp.asarray(1.0))
 
     found = jax.vmap(local)(samples)
     times = jnp.asarray(problem.grid.node_times)[jnp.asarray(problem.grid.sample_node)[samples]]
