@@ -48,8 +48,8 @@ def _describe(
 ) -> tuple[Array, ...]:
     """Named values and their derivatives by `x_model`; direct currents, field and its angle to x at samples."""
     named = parameters.named(x_model)
-    spacecraft, _ = build_model(named[: len(MODEL)], jnp.asarray(parameters.reference_field))
-    direct = jax.vmap(lambda q, light: direct_currents(q, spacecraft.panels, light))(q, problem.light)
+    _, panels, _ = build_model(named[: len(MODEL)], jnp.asarray(parameters.reference_field))
+    direct = jax.vmap(lambda q, light: direct_currents(q, panels, light))(q, problem.light)
     field_eci = problem.orbit.b_field_eci[jnp.asarray(problem.grid.sample_node)]
     field_body = jax.vmap(quaternion.rotate_inverse)(q, field_eci)
     x_axis = jnp.broadcast_to(jnp.array([1.0, 0.0, 0.0]), field_body.shape)

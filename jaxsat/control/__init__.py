@@ -2,7 +2,6 @@
 
 from jaxsat.control.attitude_error import modified_rodrigues as modified_rodrigues
 from jaxsat.control.attitude_error import rate_command as rate_command
-from jaxsat.control.attitude_error import turn_toward as turn_toward
 from jaxsat.control.sun_pointing.cases import Cases as Cases
 from jaxsat.control.sun_pointing.cases import run_cases as run_cases
 from jaxsat.control.sun_pointing.cases import run_one as run_one
