@@ -4,7 +4,6 @@ from typing import Annotated, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-
 Kind = TypeVar("Kind", bound="Section")
 
 

@@ -1,6 +1,5 @@
 """Each rule of the adaptive weights alone, by hand, and the two corrections of the data."""
 
-
 import numpy as np
 import pytest
 
