@@ -11,7 +11,7 @@ ROOT = Path(__file__).parent.parent
 
 # From the ground up. Modules of one floor may import each other, but for wings, which stand apart.
 FLOORS: tuple[tuple[str, ...], ...] = (
-    ("jaxsat.errors", "jaxsat.significant", "jaxsat.panel_names"),
+    ("jaxsat.errors", "jaxsat.significant", "jaxsat.panel_names", "jaxsat.versions"),
     ("jaxsat.math",),
     ("jaxsat.constants", "jaxsat.time", "jaxsat.frames"),
     ("jaxsat.environment",),

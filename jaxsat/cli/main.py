@@ -3,7 +3,6 @@
 Nothing heavy is imported here or by the modules of the commands: help and usage errors must come at once.
 """
 
-import signal
 import sys
 from collections.abc import Sequence
 
@@ -15,13 +14,14 @@ from jaxsat.cli.fit.command import fit
 from jaxsat.cli.local.command import local
 from jaxsat.cli.orbit import orbit
 from jaxsat.cli.prepare import prepare
+from jaxsat.cli.shared.interrupts import INTERRUPTED, heeded
 from jaxsat.cli.simulate.command import simulate
 from jaxsat.cli.sweep.command import sweep
 from jaxsat.cli.turn import turn
 from jaxsat.cli.view import view
 from jaxsat.errors import InputError
 
-BAD_INPUT, USAGE, INTERRUPTED, TERMINATED = 1, 2, 130, 143
+BAD_INPUT, USAGE = 1, 2
 
 
 def _version() -> str:
@@ -91,6 +91,4 @@ def _fail(message: str, status: int) -> int:
 
 def main() -> None:
     """Entry point of the console script."""
-    # As an exception, so that unfinished results are removed on the way out.
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(TERMINATED))
-    sys.exit(run(sys.argv[1:]))
+    sys.exit(heeded(run, sys.argv[1:]))

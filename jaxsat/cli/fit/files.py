@@ -1,10 +1,8 @@
 """Writes everything that a fit leaves in its directory."""
 
 import dataclasses
-import platform
 import time
 from collections.abc import Mapping, Sequence
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +22,7 @@ from jaxsat.cli.shared.output import (
 )
 from jaxsat.cli.shared.terminal import parameter_rows
 from jaxsat.significant import unit_text
+from jaxsat.versions import versions
 
 if TYPE_CHECKING:
     from fitting.outcome.profile import Profile
@@ -194,14 +193,3 @@ def provenance_document(
         "alternatives": list(result.alternatives),
     }
     return plain(document)[0]
-
-
-def versions() -> dict[str, str]:
-    """Returns the versions of what the numbers depend on."""
-    found = {"python": platform.python_version()}
-    for package in ("jaxsat", "jax", "jaxlib", "equinox", "numpy", "pyerfa"):
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            found[package] = "not installed"
-    return found

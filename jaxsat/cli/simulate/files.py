@@ -8,12 +8,12 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from jaxsat.cli.fit.files import versions
 from jaxsat.cli.shared.output import PANELS, write_columns_csv, write_json
 from jaxsat.cli.shared.terminal import plain_table
 from jaxsat.cli.simulate.panels import panel_columns
 from jaxsat.synthetic import truth_document
 from jaxsat.telemetry.limb_angles import COLUMNS as LIMB_COLUMNS
+from jaxsat.versions import versions
 
 if TYPE_CHECKING:
     from jaxsat.cli.settings.sections import Config
