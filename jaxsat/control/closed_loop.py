@@ -64,23 +64,23 @@ def run_one(
     key: Key[Array, ""] | None,
     periods: int,
     *,
+    number: int | Int[Array, ""] = 0,
     given: tuple[PyTree, ...] = (),
 ) -> tuple[PyTree, PyTree]:
-    """Final state and history [periods ...] of one case.
+    """Final state and history [periods ...] of one case, from its own `start`; without a `key` nothing is random.
 
-    Leaves of `fixed` may have that case alone in front, as of many cases; those of `given` have the periods. Without a
-    `key` nothing is random.
+    Leaves of `fixed` may have cases in front, of which it is that of `number`; those of `given` have the periods.
     """
-    own, random = first_of(fixed, loop.like), loop.random
+    own, random = case_of(fixed, loop.like, number), loop.random
 
     def advance(state, now):
-        number, *given = now
-        drawn = None if random is None or key is None else random_of(random, key, number)
+        period, *given = now
+        drawn = None if random is None or key is None else random_of(random, key, period)
         return loop.period(*own, state, drawn, *given)
 
     return jax.lax.scan(advance, start, (jnp.arange(periods), *given))
 
 
-def first_of(cases: PyTree, like: PyTree) -> PyTree:
-    """The first of cases; leaves that are common to all stay as they are. `like` has the shapes of one case."""
-    return jax.tree.map(lambda leaf, one: leaf[0] if leaf.ndim > one.ndim else leaf, cases, like)
+def case_of(cases: PyTree, like: PyTree, number: int | Int[Array, ""]) -> PyTree:
+    """One of cases by its number; leaves that are common to all stay as they are. `like` has the shapes of one case."""
+    return jax.tree.map(lambda leaf, one: leaf[number] if leaf.ndim > one.ndim else leaf, cases, like)

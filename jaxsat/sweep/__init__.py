@@ -20,6 +20,7 @@ from jaxsat.sweep.scenario import Reader as Reader
 from jaxsat.sweep.scenario import Scenario as Scenario
 from jaxsat.sweep.scenario import case_keys as case_keys
 from jaxsat.sweep.scenario import choice_of as choice_of
+from jaxsat.sweep.scenario import chunk_of as chunk_of
 from jaxsat.sweep.scenario import number_of as number_of
 from jaxsat.sweep.scenario import run_cases as run_cases
 from jaxsat.sweep.source import Source as Source

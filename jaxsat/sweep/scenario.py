@@ -73,6 +73,11 @@ def run_cases(scenario: Scenario, seed: int, cases: np.ndarray) -> dict[str, np.
     return {"status": status.astype(np.int8), **metrics}
 
 
+def chunk_of(case: int, chunk: int) -> np.ndarray:
+    """Numbers of all cases of a case's chunk [int64]; its own place among them is `case % chunk`."""
+    return case - case % chunk + np.arange(chunk, dtype=np.int64)
+
+
 def case_keys(seed: int, cases: np.ndarray) -> Any:
     """JAX random keys [cases], each of the seed and the case's own number alone."""
     import jax

@@ -13,7 +13,7 @@ from jaxsat.cli.shared.staging import staged_directory
 from jaxsat.cli.shared.terminal import show
 from jaxsat.cli.sweep.files import case_summary
 from jaxsat.errors import InputError
-from jaxsat.sweep import History, Page, Scenario, SweepPlan, read_plan, run_cases
+from jaxsat.sweep import History, Page, Scenario, SweepPlan, chunk_of, read_plan, run_cases
 
 SCHEMA = "jaxsat.sweep-case/1"
 FILES = ("history.csv", "history.png", "search.html", "case.json")
@@ -59,7 +59,7 @@ def case_page(shown: Page, png: bytes, assumptions: Sequence[str], *, title: str
 def case_document(scenario: Scenario, seed: int, case: int, options: Mapping[str, str]) -> dict[str, Any]:
     """Runs the chunk of a case and returns the content of case.json: the very numbers that a sweep has of it."""
     own = case % scenario.chunk
-    found = run_cases(scenario, seed, case - own + np.arange(scenario.chunk, dtype=np.int64))
+    found = run_cases(scenario, seed, chunk_of(case, scenario.chunk))
     return {
         "schema": SCHEMA,
         "scenario": scenario.name,

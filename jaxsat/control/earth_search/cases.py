@@ -3,7 +3,7 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Key
+from jaxtyping import Array, Float, Int, Key
 
 from jaxsat.control import closed_loop
 from jaxsat.control.earth_search.law import EarthSearchLaw
@@ -45,12 +45,18 @@ def run_cases(
 
 
 def run_one(
-    settings: LoopSettings, law: EarthSearchLaw, case: Cases, field: BrightnessMap | None, periods: int
+    settings: LoopSettings,
+    law: EarthSearchLaw,
+    cases: Cases,
+    field: BrightnessMap | None,
+    periods: int,
+    *,
+    number: int | Int[Array, ""] = 0,
 ) -> tuple[LoopState, Sample]:
-    """Final state and history [periods ...] of a single case, `Cases` of one."""
-    start = first_state(law, *(leaf[0] for leaf in _motion(case)))
-    loop, fixed = _loop(settings, law, case, field)
-    return closed_loop.run_one(loop, fixed, start, case.key[0], periods)
+    """Final state and history [periods ...] of one of the cases, by its number."""
+    start = first_state(law, *(leaf[number] for leaf in _motion(cases)))
+    loop, fixed = _loop(settings, law, cases, field)
+    return closed_loop.run_one(loop, fixed, start, cases.key[number], periods, number=number)
 
 
 def _loop(settings, law, cases, field):

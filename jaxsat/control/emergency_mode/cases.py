@@ -2,7 +2,7 @@
 
 import equinox as eqx
 import jax
-from jaxtyping import Array, Key
+from jaxtyping import Array, Int, Key
 
 from jaxsat.control import closed_loop
 from jaxsat.control.emergency_mode.law import EmergencyLaw
@@ -33,10 +33,12 @@ def run_cases(supervisor: Supervisor, law: EmergencyLaw, cases: Cases, around: L
     return jax.vmap(one)(cases)
 
 
-def run_one(supervisor: Supervisor, law: EmergencyLaw, case: Cases, around: Leg) -> tuple[LoopState, Sample]:
-    """Final state and history [periods ...] of a single case, `Cases` of one."""
-    own = jax.tree.map(lambda leaf: leaf[0], case)
-    return run_leg(supervisor, law, own.vehicle, around, own.state, own.key)
+def run_one(
+    supervisor: Supervisor, law: EmergencyLaw, cases: Cases, around: Leg, *, number: int | Int[Array, ""] = 0
+) -> tuple[LoopState, Sample]:
+    """Final state and history [periods ...] of one of the cases, by its number."""
+    alone = jax.tree.map(lambda leaf: leaf[number][None], cases)
+    return jax.tree.map(lambda leaf: leaf[0], run_cases(supervisor, law, alone, around))
 
 
 def run_leg(

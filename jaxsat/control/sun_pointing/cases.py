@@ -4,7 +4,7 @@ import functools
 
 import equinox as eqx
 import jax
-from jaxtyping import Array, Float, Key
+from jaxtyping import Array, Float, Int, Key
 
 from jaxsat.control import closed_loop
 from jaxsat.control.sun_pointing.law import SunPointingLaw
@@ -40,11 +40,18 @@ def run_cases(
 
 
 def run_one(
-    settings: LoopSettings, law: SunPointingLaw, case: Cases, sun_eci: Float[Array, "3"], periods: int
+    settings: LoopSettings,
+    law: SunPointingLaw,
+    cases: Cases,
+    sun_eci: Float[Array, "3"],
+    periods: int,
+    *,
+    number: int | Int[Array, ""] = 0,
 ) -> tuple[LoopState, Sample]:
-    """Final state and history [periods ...] of a single case, `Cases` of one."""
-    start = first_state(settings, case.quaternion[0], case.angular_velocity[0])
-    return closed_loop.run_one(_loop(settings, sun_eci), (law, case.vehicle), start, case.key[0], periods)
+    """Final state and history [periods ...] of one of the cases, by its number."""
+    start = first_state(settings, cases.quaternion[number], cases.angular_velocity[number])
+    loop, fixed = _loop(settings, sun_eci), (law, cases.vehicle)
+    return closed_loop.run_one(loop, fixed, start, cases.key[number], periods, number=number)
 
 
 def _loop(settings, sun_eci):

@@ -1,5 +1,6 @@
 """One Earth search as its page shows it: time to slide, the sky seen from the spacecraft, signals and thresholds."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -10,10 +11,10 @@ from jaxsat.sweep.history import Page
 COLOURS = ("#c2410c", "#1d63b8", "#2e8b3d", "#7c3aed")
 
 
-def search_page(options: Mapping[str, str], case: Any, samples: Any, t_s: np.ndarray) -> Page:
-    """The page of one case.
+def search_page(options: Mapping[str, str], sensor: Any, disk: float, samples: Any, t_s: np.ndarray) -> Page:
+    """The page of one case, by its `HorizonSensor` and the angle from the nadir to the horizon [rad].
 
-    `case` is the `Cases` of it alone, `samples` its `Sample` with the periods in front, at the times `t_s`.
+    `samples` is its `Sample` with the periods in front, at the times `t_s`.
     """
     from jaxsat.control.earth_search.law import TRACK
 
@@ -31,19 +32,18 @@ def search_page(options: Mapping[str, str], case: Any, samples: Any, t_s: np.nda
         verdict="Tracks the Earth." if tracks else "Does not track the Earth at the end.",
         message=message,
         alternative="angles, presence, first harmonics, rates and mode over time",
-        data=_data(options, case, samples, t_s),
+        data=_data(options, sensor, disk, samples, t_s),
     )
 
 
-def _data(options: Mapping[str, str], case: Any, samples: Any, t_s: np.ndarray) -> dict[str, Any]:
+def _data(options: Mapping[str, str], sensor: Any, disk: float, samples: Any, t_s: np.ndarray) -> dict[str, Any]:
     """What the script draws from."""
     from jaxsat.control.earth_search.law import SENSORS
 
-    sensor = case.vehicle.sensor
     rates = np.degrees(np.asarray(samples.angular_velocity)[:, :2])
     return {
         "sensors": [{"name": name, "colour": colour} for name, colour in zip(SENSORS, COLOURS, strict=True)],
-        "disk_deg": float(np.degrees(case.scene.disk[0])),
+        "disk_deg": math.degrees(disk),
         "cone_deg": float(np.degrees(sensor.cone_angle)),
         "amplitude_deg": float(np.degrees(sensor.amplitude)),
         "threshold": float(sensor.threshold),

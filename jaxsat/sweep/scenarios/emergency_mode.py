@@ -39,7 +39,7 @@ CHUNK = 250
 
 @functools.lru_cache(maxsize=4)
 def _program(options: tuple[tuple[str, str], ...]):
-    """The compiled `run(keys)`, and `one(keys)` that returns the samples of one case."""
+    """`run` and `history` of the scenario."""
     import jax
     import jax.numpy as jnp
 
@@ -99,27 +99,21 @@ def _program(options: tuple[tuple[str, str], ...]):
 
     compiled = jax.jit(metrics, static_argnums=2), jax.jit(alone)
 
-    def run(keys):
+    def run(seed, numbers):
         around, half = surroundings()
-        return jax.device_get(compiled[0](around, keys, half))
+        return jax.device_get(compiled[0](around, case_keys(seed, numbers), half))
 
-    def one(keys):
-        return jax.device_get(compiled[1](surroundings()[0], keys))
+    def history(seed, case):
+        around, _ = surroundings()
+        return _history(jax.device_get(compiled[1](around, case_keys(seed, np.array([case])))))
 
-    return run, one
+    return run, history
 
 
 def _build(options: Mapping[str, str]) -> Scenario:
     # Whatever is wrong with the options is said before anything is computed.
-    run, one = _program(tuple(options.items()))
-    return Scenario(
-        NAME,
-        STATUSES,
-        METRICS,
-        CHUNK,
-        lambda seed, cases: run(case_keys(seed, cases)),
-        history=lambda seed, case: _history(one(case_keys(seed, np.array([case])))),
-    )
+    run, history = _program(tuple(options.items()))
+    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history)
 
 
 def _history(samples) -> History:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from jaxsat.sweep.history import History
-from jaxsat.sweep.scenario import Factory, Metric, Option, Scenario, case_keys, number_of
+from jaxsat.sweep.scenario import Factory, Metric, Option, Scenario, case_keys, chunk_of, number_of
 
 NAME = "gravity-gradient"
 STATUSES = ("succeeded", "tumbling", "diverged")
@@ -63,10 +63,9 @@ def _build(options: Mapping[str, str]) -> Scenario:
         return outcome(motions(seed, cases, tilt=tilt, rate=rate, orbits=orbits))
 
     def history(seed: int, case: int) -> History:
-        own = case % CHUNK
         # In its own chunk, whose program is compiled and whose last digits are those of the sweep.
-        found = motions(seed, case - own + np.arange(CHUNK, dtype=np.int64), tilt=tilt, rate=rate, orbits=orbits)
-        return _history(found, own)
+        found = motions(seed, chunk_of(case, CHUNK), tilt=tilt, rate=rate, orbits=orbits)
+        return _history(found, case % CHUNK)
 
     return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history)
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from jaxsat.sweep.history import History
-from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, case_keys
+from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, case_keys, chunk_of
 
 NAME = "sun-pointing"
 STATUSES = ("succeeded", "not settled", "let go of the Sun", "diverged")
@@ -147,7 +147,7 @@ def _build(options: Mapping[str, str]) -> Scenario:
 def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> History:
     """Figures 20 to 22 of the paper for any case; an estimate is nan where the Sun was not known.
 
-    Alone, so that where a threshold is nearly met a pulse may come a period sooner or later than in its chunk.
+    Run alone, so that where a threshold is nearly met a pulse may come a period sooner or later than in its chunk.
     """
     import jax
     import jax.numpy as jnp
@@ -155,9 +155,9 @@ def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> Hist
     from jaxsat.control.sun_pointing.cases import run_one
 
     settings, law, periods, draw, _ = _program(program)
-    cases = draw(case_keys(seed, np.array([case])))
-    sun_eci = jnp.array([1.0, 0.0, 0.0])
-    samples = jax.device_get(jax.jit(lambda cases: run_one(settings, law, cases, sun_eci, periods))(cases)[1])
+    cases, sun_eci = draw(case_keys(seed, chunk_of(case, CHUNK))), jnp.array([1.0, 0.0, 0.0])
+    run = jax.jit(lambda cases, number: run_one(settings, law, cases, sun_eci, periods, number=number)[1])
+    samples = jax.device_get(run(cases, case % CHUNK))
     sun, estimate = samples.sun_instrument, np.where(samples.known[:, None], samples.estimate, np.nan)
     rates = np.degrees(samples.angular_velocity)
     (true_angle, true_azimuth), (angle, azimuth) = _angles(sun), _angles(estimate)
