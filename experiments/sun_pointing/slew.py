@@ -37,9 +37,9 @@ def slew(estimator: "Estimator"):
     sun = np.array([np.cos(view), np.sin(view) * np.cos(azimuth), np.sin(view) * np.sin(azimuth)])
     sun_eci = jnp.array([1.0, 0.0, 0.0])
     q = quaternion.shortest_turn(jnp.asarray(BODY_FROM_INSTRUMENT @ sun), sun_eci)
-    case = Cases(q[None], jnp.zeros((1, 3)), nominal_vehicle(), jax.random.key(0)[None])
+    cases = Cases(q[None], jnp.zeros((1, 3)), nominal_vehicle(), jax.random.key(0)[None])
     settings = LoopSettings(estimator=estimator)
-    return jax.device_get(jax.jit(lambda case: run_one(settings, SunPointingLaw(), case, sun_eci, PERIODS))(case))[1]
+    return jax.device_get(jax.jit(lambda cases: run_one(settings, SunPointingLaw(), cases, sun_eci, PERIODS))(cases))[1]
 
 
 def angles_deg(v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
