@@ -5,6 +5,7 @@ Nothing heavy is imported here or by the modules of the commands: help and usage
 
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
 
 from cyclopts import App, CycloptsError
@@ -33,7 +34,8 @@ app = App(
 )
 # A folder with a file `command.py` is a command of its name: nothing else has to know of it.
 for file in sorted(Path(__file__).parent.glob("*/command.py")):
-    app.command(f"jaxsat.cli.{file.parent.name}.command:{file.parent.name}")
+    name = file.parent.name
+    app.command(getattr(import_module(f"jaxsat.cli.{name}.command"), name))
 
 
 def run(arguments: Sequence[str]) -> int:
