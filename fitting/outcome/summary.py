@@ -56,7 +56,7 @@ def _describe(
     return named, jax.jacfwd(parameters.named)(x_model), direct, field_body, angle_between(x_axis, field_body)
 
 
-describe = Stored(_describe, lambda: (0.0,) * 5)
+describe = Stored(_describe)
 
 
 def summarize(

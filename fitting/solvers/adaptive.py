@@ -59,7 +59,7 @@ def _panel_light(
     return (*jax.vmap(at_sample)(q, problem.light, radius_vector / distance[:, None]), distance)
 
 
-panel_light = Stored(_panel_light, lambda: (0.0,) * 5)
+panel_light = Stored(_panel_light)
 """Arrays of `PanelLight` in order, and the distance from the Earth's centre [m] at each sample."""
 
 

@@ -118,4 +118,4 @@ def _first_guesses(
     return jnp.concatenate([local_attitude, attitude]), jnp.concatenate([local_rate, rate])
 
 
-first_guesses = Stored(_first_guesses, lambda: (0.0, 0.0))
+first_guesses = Stored(_first_guesses)

@@ -60,7 +60,7 @@ def _carry(
     return jax.vmap(one)(x, reference)
 
 
-carry = Stored(_carry, lambda: (0.0, 0.0))
+carry = Stored(_carry)
 
 
 def carried_to(
