@@ -113,7 +113,7 @@ def first_state(
     q = quaternion.multiply(wanted, off)
     found, rate_error, _ = errors(leg, q, angular_velocity)
     seen = Filtered(4.0 * modified_rodrigues(found), rate_error, _field_body(vehicle, leg.b_field_eci, q))
-    zero = jnp.asarray(0.0)
+    zero = jnp.zeros(())
     return LoopState(q, angular_velocity, seen, jnp.zeros(3), jnp.asarray(False), zero, zero, zero)
 
 

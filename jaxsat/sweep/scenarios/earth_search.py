@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from jaxsat.sweep.history import History
-from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, case_keys, chunk_of
+from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, case_keys
 
 if TYPE_CHECKING:
     from jaxsat.control.earth_search.loop import LoopSettings
@@ -215,9 +215,8 @@ def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> Hist
     from jaxsat.sweep.scenarios._earth_search_page import search_page
 
     settings, law, periods, field, draw, _ = _program(program)
-    cases, own = draw(case_keys(seed, chunk_of(case, CHUNK))), case % CHUNK
-    run = jax.jit(lambda cases, number: run_one(settings, law, cases, field, periods, number=number)[1])
-    samples = jax.device_get(run(cases, own))
+    cases = draw(case_keys(seed, np.array([case])))
+    samples = jax.device_get(jax.jit(lambda cases: run_one(settings, law, cases, field, periods)[1])(cases))
     nadir, present, first = samples.nadir_body, samples.present, samples.first
     rates, error = np.degrees(samples.angular_velocity), np.degrees(samples.error)
     toward = {f"toward {c}": np.degrees(np.arctan2(nadir[:, k], nadir[:, 2])) for k, c in enumerate("xy")}
@@ -242,7 +241,7 @@ def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> Hist
     }
     t_s, options = settings.period_s * np.arange(periods), dict(program)
     remark = f"{options['spacecraft']} spacecraft, {options['strategy']} strategy"
-    page = search_page(options, cases.vehicle.sensor, float(cases.scene.disk[own]), samples, t_s)
+    page = search_page(options, cases.vehicle.sensor, float(cases.scene.disk[0]), samples, t_s)
     return History(t_s, columns, panels, remark, page)
 
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from jaxsat.sweep.history import History
-from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, case_keys, chunk_of
+from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, case_keys
 
 NAME = "sun-pointing"
 STATUSES = ("succeeded", "not settled", "let go of the Sun", "diverged")
@@ -155,9 +155,8 @@ def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> Hist
     from jaxsat.control.sun_pointing.cases import run_one
 
     settings, law, periods, draw, _ = _program(program)
-    cases, sun_eci = draw(case_keys(seed, chunk_of(case, CHUNK))), jnp.array([1.0, 0.0, 0.0])
-    run = jax.jit(lambda cases, number: run_one(settings, law, cases, sun_eci, periods, number=number)[1])
-    samples = jax.device_get(run(cases, case % CHUNK))
+    cases, sun_eci = draw(case_keys(seed, np.array([case]))), jnp.array([1.0, 0.0, 0.0])
+    samples = jax.device_get(jax.jit(lambda cases: run_one(settings, law, cases, sun_eci, periods)[1])(cases))
     sun, estimate = samples.sun_instrument, np.where(samples.known[:, None], samples.estimate, np.nan)
     rates = np.degrees(samples.angular_velocity)
     (true_angle, true_azimuth), (angle, azimuth) = _angles(sun), _angles(estimate)

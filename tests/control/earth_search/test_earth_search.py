@@ -18,7 +18,7 @@ from jaxsat.control.earth_search.law import APPROACH, SEARCH, TRACK, Signals, de
 from jaxsat.control.earth_search.loop import LoopSettings, turn_quaternion
 from jaxsat.control.earth_search.sensing import SunChoice, ground, sense
 from jaxsat.control.earth_search.vehicle import nominal_vehicle
-from jaxsat.environment.albedo.infrared import MIN_BRIGHTNESS, VARIATION, random_brightness
+from jaxsat.environment.albedo.infrared import MEAN_BRIGHTNESS, MIN_BRIGHTNESS, VARIATION, random_brightness
 from jaxsat.math import quaternion
 from jaxsat.math.one_function import in_one_function
 from jaxsat.sweep import case_keys
@@ -227,13 +227,21 @@ def one_case(up_body):
 
 
 @functools.lru_cache
-def draw_many(count, **changed):
-    drawn = Dispersions(size="small", even=True, **changed)
-    return quick(functools.partial(draw_cases, drawn))(case_keys(3, np.arange(count)))
+def drawn():
+    """24 cases over the Earth as it is."""
+    return quick(functools.partial(draw_cases, Dispersions(size="small")))(case_keys(3, np.arange(24)))
+
+
+def draw_many():
+    """The same over an even one."""
+    cases = drawn()
+    return eqx.tree_at(lambda cases: cases.scene.brightness, cases, jnp.asarray(np.full(24, MEAN_BRIGHTNESS)))
 
 
 def draw_one():
-    return draw_many(1)
+    cases = draw_many()
+    own = {field.name: getattr(cases, field.name) for field in dataclasses.fields(cases) if field.name != "vehicle"}
+    return dataclasses.replace(cases, **jax.tree.map(lambda leaf: leaf[:1], own))
 
 
 @functools.lru_cache
@@ -248,7 +256,7 @@ def many(settings, steps):
     def one(law, case):
         return run_one(settings, law, jax.tree.map(lambda leaf: leaf[None], case), None, steps)[0]
 
-    axes = eqx.tree_at(lambda cases: cases.vehicle, jax.tree.map(lambda _: 0, draw_many(24)), None)
+    axes = eqx.tree_at(lambda cases: cases.vehicle, jax.tree.map(lambda _: 0, draw_many()), None)
     return quick(lambda law, cases: jax.vmap(one, in_axes=(None, axes))(law, cases))
 
 
@@ -261,7 +269,7 @@ def error_deg(state):
 def test_presence_inside_the_disk_does_not_matter(inside):
     """The same cases with presence inside forced, forbidden or thrown: every one ends at the nadir."""
     settings = dataclasses.replace(PLAIN, inside=inside)
-    state = many(settings, 1600)(search_law("small", "guarded"), draw_many(24))
+    state = many(settings, 1600)(search_law("small", "guarded"), draw_many())
     assert np.all(np.asarray(state.memory.mode) == TRACK)
     # Even Earth: what is left is the observer's; the orbit's 0.06 deg/s is followed without lag.
     assert error_deg(state).max() < 0.2
@@ -270,11 +278,10 @@ def test_presence_inside_the_disk_does_not_matter(inside):
 
 def test_cases_together_are_those_alone():
     settings = LoopSettings(period_s=4.0)
-    cases = quick(functools.partial(draw_cases, Dispersions(size="small")))(case_keys(3, np.arange(6)))
+    cases = drawn()
     field, law = random_brightness(0), search_law("small")
     together = quick(in_one_function(lambda cases: run_cases(settings, law, cases, field, 12)))(cases)
-    only = jax.tree.map(lambda leaf: leaf[4:5] if leaf.shape[:1] == (6,) else leaf, cases)
-    one, samples = quick(lambda case: run_one(settings, law, case, field, 12))(only)
+    one, samples = quick(lambda cases: run_one(settings, law, cases, field, 12, number=4))(cases)
     for a, b in zip(jax.tree.leaves(together), jax.tree.leaves(one), strict=True):
         np.testing.assert_allclose(a[4], b, rtol=1e-9, atol=1e-12)
     assert all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(samples))

@@ -10,22 +10,13 @@ from jaxsat.control.emergency_mode.cases import run_leg
 from jaxsat.control.emergency_mode.draw import Dispersions, draw_cases
 from jaxsat.control.emergency_mode.law import EmergencyLaw
 from jaxsat.control.emergency_mode.loop import Supervisor, first_state
-from jaxsat.control.emergency_mode.orbit import fly, leg, orbital_period
+from jaxsat.control.emergency_mode.orbit import leg, orbital_period
 from jaxsat.control.emergency_mode.vehicle import INERTIA_KG_M2, nominal_vehicle
 from jaxsat.control.emergency_mode.years import run_years
 from jaxsat.math import quaternion
 
 PERIODS = 400
-
-
-@pytest.fixture(scope="module")
-def flight():
-    return fly(10.0)
-
-
-@pytest.fixture(scope="module")
-def around(flight):
-    return leg(flight, 0, PERIODS)
+"""Of `around`."""
 
 
 def test_the_node_moves_as_published(flight):
@@ -96,5 +87,6 @@ def test_dispersions_are_drawn_as_said(around):
     strength = np.linalg.norm(np.asarray(cases.vehicle.field_error), axis=(1, 2)) / np.sqrt(3.0)
     assert np.std(strength) == pytest.approx(0.02, rel=0.1)
     # A case is the same whatever the number of cases.
-    few = draw(jax.random.split(jax.random.key(0), 2000)[:3])
-    np.testing.assert_allclose(few.state.quaternion, cases.state.quaternion[:3], atol=1e-14)
+    few = jax.jit(lambda keys: draw_cases(spread, around, keys).state.quaternion)
+    found = few(jax.random.split(jax.random.key(0), 2000)[:3])
+    np.testing.assert_allclose(found, cases.state.quaternion[:3], atol=1e-14)

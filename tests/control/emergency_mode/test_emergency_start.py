@@ -1,7 +1,5 @@
 """The Sun-ecliptic frame and the start of the transition in it, against ERFA and plane geometry."""
 
-import dataclasses
-
 import erfa
 import jax
 import jax.numpy as jnp
@@ -10,18 +8,15 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from jaxsat.control.emergency_mode.draw import Dispersions, draw_cases
-from jaxsat.control.emergency_mode.orbit import fly, leg
+from jaxsat.control.emergency_mode.orbit import leg
 from jaxsat.control.emergency_mode.start import held_attitude, sun_ecliptic_axes, transition_start
 from jaxsat.control.emergency_mode.vehicle import START_UTC
-from jaxsat.environment import apparent_sun, igrf_dipole
+from jaxsat.environment import apparent_sun
 from jaxsat.time import Epoch
 
 EPOCH = Epoch.from_utc(*START_UTC)
-
-
-@pytest.fixture(scope="module")
-def flight():
-    return dataclasses.replace(fly(0.1, degree=2, bodies=False), field=igrf_dipole(2018.8))
+PERIODS = 400
+"""Of `around`."""
 
 
 def pole():
@@ -42,10 +37,10 @@ def test_axes_are_those_of_erfa():
 @pytest.mark.parametrize("side", ["coming", "going"])
 def test_the_start_is_eleven_degrees_off_and_turns_with_the_sun(flight, side):
     period, off, rate = transition_start(flight, 11.0, side)
-    around = leg(flight, period, 1)
-    up, normal = (
-        np.asarray(x[0]) for x in (around.position_eci / jnp.linalg.norm(around.position_eci[0]), around.normal_eci)
-    )
+    # Of the length of the others' legs, whose program it shares.
+    around = leg(flight, period, PERIODS)
+    position, normal = np.asarray(around.position_eci[0]), np.asarray(around.normal_eci[0])
+    up = position / np.linalg.norm(position)
     wanted = Rotation.from_matrix(np.stack([-normal, up, np.cross(up, normal)], axis=1))
     body = wanted * Rotation.from_quat([*off[1:], off[0]])
     # Half a period's turn of the orbit is 0.5 deg.
@@ -84,11 +79,11 @@ def test_slopes_against_differences():
         np.testing.assert_allclose(slopes[:, k], (ends[0] - ends[1]) / 2e-6, atol=1e-8)
 
 
-def test_a_start_may_turn_with_the_orbit(flight):
+def test_a_start_may_turn_with_the_orbit(around):
     spread = Dispersions(max_error_deg=40.0, max_rate_deg_s=0.002, orbital=True)
     draw = jax.jit(
         lambda around, keys: draw_cases(spread, around, keys).state.seen.rate_error,
         compiler_options={"xla_backend_optimization_level": 0},
     )
-    rates = np.linalg.norm(draw(leg(flight, 0, 1), jax.random.split(jax.random.key(0), 50)), axis=1)
+    rates = np.linalg.norm(draw(around, jax.random.split(jax.random.key(0), 50)), axis=1)
     assert 0.001 < np.degrees(rates.max()) <= 0.002

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from jaxsat.control.emergency_mode.loop import moved
-from jaxsat.control.emergency_mode.orbit import Leg, SunFollowing, fly, leg, wanted_attitude
+from jaxsat.control.emergency_mode.orbit import Leg, SunFollowing, leg, wanted_attitude
 from jaxsat.control.emergency_mode.rotating_panels import (
     PARKED,
     PanelMotion,
@@ -163,9 +163,8 @@ def test_facets_turn_with_the_panels():
     np.testing.assert_allclose(zero.centers, parked.centers, atol=1e-15)
 
 
-def test_panels_that_follow_the_sun():
+def test_panels_that_follow_the_sun(flight):
     """Their normal sees it as well as any normal across the hinge can."""
-    flight = fly(0.1, degree=2, bodies=False)
     flight = dataclasses.replace(flight, field=igrf_dipole(2018.8))
     around = leg(flight, 0, PERIODS, panels=SunFollowing(flight))
     panels = around.panels

@@ -1,5 +1,6 @@
 """The law by what it decides, one control period at a time."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -20,11 +21,12 @@ LAW = SunPointingLaw()
 MOUNTING, INERTIA = jnp.asarray(BODY_FROM_INSTRUMENT), jnp.asarray(INERTIA_KG_M2)
 AXIS, BESIDE = jnp.array([1.0, 0.0, 0.0]), jnp.array([0.0, 0.0, 1.0])
 STILL, SPINNING = jnp.zeros(3), jnp.array([0.0, 0.03, 0.0])
+one_period, torque_of = jax.jit(decide), jax.jit(wanted_torque)
 
 
 def decided(mode, *, sun=AXIS, known=True, rate=STILL, time_in_mode=0.0, now=500.0, law=LAW):
     memory = Guidance(jnp.asarray(mode), jnp.asarray(time_in_mode), jnp.asarray(jnp.inf))
-    guidance, command = decide(law, memory, sun, jnp.asarray(known), rate, MOUNTING, jnp.asarray(now), 1.0)
+    guidance, command = one_period(law, memory, sun, jnp.asarray(known), rate, MOUNTING, jnp.asarray(now), 1.0)
     return guidance, np.asarray(command)
 
 
@@ -57,7 +59,7 @@ def test_the_sun_is_stabilised_once_it_was_held_long_enough():
     assert not np.isfinite(short.settled_at) and float(long.settled_at) == 500.0
     # The first time counts.
     again = Guidance(jnp.asarray(HOLD), jnp.asarray(300.0), jnp.asarray(200.0))
-    guidance, _ = decide(LAW, again, AXIS, jnp.asarray(True), STILL, MOUNTING, jnp.asarray(500.0), 1.0)
+    guidance, _ = one_period(LAW, again, AXIS, jnp.asarray(True), STILL, MOUNTING, jnp.asarray(500.0), 1.0)
     assert float(guidance.settled_at) == 200.0
 
 
@@ -89,12 +91,12 @@ def test_the_search_goes_about_one_axis_and_then_another():
 
 def test_torque_works_against_the_error_of_the_rate_and_leaves_small_ones_alone():
     guidance, command = decided(DAMPING, rate=SPINNING)
-    torque, band = wanted_torque(LAW, guidance, jnp.asarray(command), SPINNING, INERTIA)
+    torque, band = torque_of(LAW, guidance, jnp.asarray(command), SPINNING, INERTIA)
     assert float(torque @ SPINNING) < 0.0 and not np.any(band)
     # Without an error of the rate the torque only carries the spin: w x J w.
-    torque, _ = wanted_torque(LAW, guidance, SPINNING, SPINNING, INERTIA)
+    torque, _ = torque_of(LAW, guidance, SPINNING, SPINNING, INERTIA)
     np.testing.assert_allclose(torque, np.cross(SPINNING, INERTIA @ SPINNING), rtol=1e-12)
     holding, _ = decided(HOLD)
-    _, band = wanted_torque(LAW, holding, STILL, STILL, INERTIA)
+    _, band = torque_of(LAW, holding, STILL, STILL, INERTIA)
     expected = float(LAW.rate_gain * LAW.rate_dead_band) * np.diag(INERTIA_KG_M2)
     np.testing.assert_allclose(band, expected, rtol=1e-12)

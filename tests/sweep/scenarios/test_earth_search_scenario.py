@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -32,12 +33,16 @@ def test_a_capture_counts_once_it_has_lasted():
     """Tracking at the nadir from 40 s on: not yet held after 50 s, held after 60."""
     q, up = np.array([[1.0, 0.0, 0.0, 0.0]]), np.array([[0.0, 0.0, -1.0]])
 
+    @jax.jit
+    def outcome(time, mode, up):
+        numbers = dict(first_signal=1.0, first_capture=40.0, last_capture=40.0, captures=1.0)
+        state = SimpleNamespace(quaternion=jnp.asarray(q), up=up, angular_velocity=jnp.zeros((1, 3)), time=time)
+        state.__dict__.update({name: jnp.array([value]) for name, value in numbers.items()})
+        state.memory = SimpleNamespace(mode=mode)
+        return earth_search.outcome(state, 15.0)
+
     def status(now, mode=2, up=up):
-        memory = SimpleNamespace(mode=jnp.array([mode]))
-        numbers = dict(first_signal=1.0, first_capture=40.0, last_capture=40.0, captures=1.0, time=now)
-        state = SimpleNamespace(quaternion=jnp.asarray(q), up=jnp.asarray(up), angular_velocity=jnp.zeros((1, 3)))
-        state.__dict__.update(memory=memory, **{name: jnp.array([value]) for name, value in numbers.items()})
-        found = earth_search.outcome(state, 15.0)
+        found = outcome(np.array([now]), np.array([mode]), up)
         return earth_search.STATUSES[int(found["status"][0])], float(found["search_time_s"][0])
 
     assert status(60.0) == ("succeeded", 40.0)
