@@ -5,6 +5,8 @@ from jaxsat.torques.abstract import BodyEnvironment as BodyEnvironment
 from jaxsat.torques.aerodynamic import AerodynamicTorque as AerodynamicTorque
 from jaxsat.torques.aerodynamic import aerodynamic_forces as aerodynamic_forces
 from jaxsat.torques.aerodynamic import aerodynamic_torque as aerodynamic_torque
+from jaxsat.torques.eddy_damping import EddyDamping as EddyDamping
+from jaxsat.torques.eddy_damping import eddy_damping_torque as eddy_damping_torque
 from jaxsat.torques.gravity_gradient import GravityGradient as GravityGradient
 from jaxsat.torques.gravity_gradient import gravity_gradient_torque as gravity_gradient_torque
 from jaxsat.torques.hysteresis import HysteresisRodsTorque as HysteresisRodsTorque
