@@ -1,5 +1,6 @@
 """The engines run every chunk once, stop at the first error, and leave the same files."""
 
+import gc
 import os
 import signal
 import threading
@@ -46,7 +47,8 @@ def test_an_error_stops_the_sweep_and_is_the_callers(tmp_path):
 
 
 def test_an_interruption_keeps_what_is_whole(sweep):
-    one, whole = sweep(cases=80), sweep("whole", cases=80)
+    # Chunks of some length, so that a thread that has to wait for a processor is not overtaken thrice.
+    one, whole = sweep(cases=80, pause_s="0.05"), sweep("whole", cases=80, pause_s="0.05")
     claim(one.directory, one.plan)
     said = []
 
@@ -113,3 +115,23 @@ def table(sweep, name):
     sweep.merged()
     with pa.OSFile(str(sweep.directory / "cases.parquet")) as stream:
         return pq.read_table(stream, columns=[name]).column(0).to_pylist()
+
+
+def test_a_signal_in_a_collection_stops_the_sweep(sweep):
+    """Raised there at once it would be dropped."""
+    one = sweep(cases=80)
+    claim(one.directory, one.plan)
+
+    def landing(phase, info):
+        gc.callbacks.remove(landing)
+        signal.raise_signal(signal.SIGINT)
+
+    def collect(done):
+        if done.number == 2:
+            gc.callbacks.append(landing)
+            gc.collect()
+
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        run_local(one.source, one.plan, one.directory, one.plan.shard(), on_done=collect, workers=2)
+    assert 3 <= len(one.chunk_bytes()) < 10 and signal.getsignal(signal.SIGINT) is before

@@ -13,49 +13,56 @@ from collections.abc import Callable, Sequence
 
 INTERRUPTED, TERMINATED = 130, 143
 STATUS = {signal.SIGINT: INTERRUPTED, signal.SIGTERM: TERMINATED}
+RAISED = {KeyboardInterrupt: signal.SIGINT, SystemExit: signal.SIGTERM}
 AGAIN_S = 0.01
-"""After which an exception that was dropped is raised again."""
+"""After which a signal whose exception was dropped is sent again."""
 
 
 def heeded(run: Callable[[Sequence[str]], int], arguments: Sequence[str]) -> int:
     """Exit status of `run(arguments)`, in which Ctrl-C raises KeyboardInterrupt and SIGTERM SystemExit, never in vain.
 
-    For the main thread of a process that ends afterwards. A second Ctrl-C does not wait for other threads either.
+    For the main thread of a process that ends afterwards. After a second Ctrl-C no other thread is waited for.
     """
-    heard: list[int] = []
+    heard, dropped = [], []
+    report = sys.unraisablehook
 
     def hear(number, frame):
         heard.append(number)
         # As an exception, so that unfinished results are removed on the way out.
         raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(TERMINATED)
 
-    for number in STATUS:
-        # Ignored is what a shell wants of a process in the background.
-        if signal.getsignal(number) != signal.SIG_IGN:
-            signal.signal(number, hear)
-    sys.unraisablehook = again(sys.unraisablehook)
+    def hook(lost):
+        number = RAISED.get(lost.exc_type)
+        if number is None:
+            report(lost)
+            return
+        dropped.append(number)
+        timer = threading.Timer(AGAIN_S, _send, [number])
+        timer.daemon = True
+        timer.start()
+
+    # Ignored is what a shell wants of a process in the background.
+    own = [number for number in STATUS if signal.getsignal(number) != signal.SIG_IGN]
+    for number in own:
+        signal.signal(number, hear)
+    sys.unraisablehook = hook
     status = run(arguments)
+    for number in own:
+        signal.signal(number, signal.SIG_IGN)
     if heard and status != INTERRUPTED:
         # Dropped so late that nothing was left to be interrupted.
         print("jaxsat: error: interrupted; nothing unfinished is left", file=sys.stderr)
         status = STATUS[signal.Signals(heard[-1])]
-    if len(heard) > 1:
+    if len(heard) - len(dropped) > 1:
         for stream in filter(None, (sys.stdout, sys.stderr)):
             stream.flush()
         os._exit(status)
     return status
 
 
-def again(report: Callable[..., object]) -> Callable[..., None]:
-    """A hook for exceptions that Python drops: an interrupt comes again a moment later, others go to `report`."""
-
-    def hook(dropped):
-        number = {KeyboardInterrupt: signal.SIGINT, SystemExit: signal.SIGTERM}.get(dropped.exc_type)
-        if number is None:
-            report(dropped)
-            return
-        timer = threading.Timer(AGAIN_S, interrupt_main, [number])
-        timer.daemon = True
-        timer.start()
-
-    return hook
+def _send(number: signal.Signals) -> None:
+    """A signal to the main thread; a real one where there are such, which wakes it from waiting too."""
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident or 0, number)
+    else:
+        interrupt_main(number)
