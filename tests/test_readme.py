@@ -19,7 +19,7 @@ def test_commands_stand_in_their_order():
     assert " -m pytest " in second and "'.[test]'" in second
     assert third.endswith("/mkdocs build --strict") and "'.[docs]'" in third
     assert not any("\n" in command for command in (first, second, third))
-    assert '/^```sh$/ { block++; next }' in (ROOT / ".ci" / "run").read_text("utf-8")
+    assert "/^```sh$/ { block++; next }" in (ROOT / ".ci" / "run").read_text("utf-8")
 
 
 def test_its_picture_is_small():
