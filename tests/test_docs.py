@@ -1,0 +1,119 @@
+"""README and docs speak of what is there: links, files, modules, commands; their example runs as it stands."""
+
+import ast
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+MOST_PAGES = 15
+"""Of one folder."""
+ON_EACH_PAGE = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+SOURCES = "jaxsat|fitting|experiments|tests|docs"
+
+
+def spans(text: str) -> list[str]:
+    """Code in backticks, and the lines of code blocks."""
+    blocks = re.findall(r"^```\w*\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE)
+    inline = re.findall(r"`([^`]+)`", re.sub(r"^```.*?^```", "", text, flags=re.DOTALL | re.MULTILINE))
+    return [" ".join(span.split()) for span in inline] + [line for block in blocks for line in block.splitlines()]
+
+
+def anchors(page: Path) -> set[str]:
+    """Addresses of the page's headings, as they are made by MkDocs and GitHub."""
+    headings = re.findall(r"^#+ (.+)$", page.read_text("utf-8"), flags=re.MULTILINE)
+    return {re.sub(r"[\s-]+", "-", re.sub(r"[^\w\s-]", "", heading).strip().lower()) for heading in headings}
+
+
+@ON_EACH_PAGE
+def test_links_lead_somewhere(page):
+    for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text("utf-8")):
+        if link.startswith("https://"):
+            continue
+        name, _, anchor = link.partition("#")
+        target = page.parent / name if name else page
+        assert target.is_file(), link
+        assert not anchor or anchor in anchors(target), link
+        # The site holds nothing from outside docs.
+        assert page.parent == ROOT or ROOT / "docs" in target.resolve().parents, link
+
+
+@ON_EACH_PAGE
+def test_files_that_are_named_exist(page):
+    for span in spans(page.read_text("utf-8")):
+        for path in re.findall(rf"(?<![\w./$-])(?:{SOURCES})/[\w./-]*\w", span):
+            assert (ROOT / path).exists(), path
+
+
+def named(text: str) -> Iterator[str]:
+    """Dotted names of this project's own modules and of what is in them; `jaxsat.fit/1` is a schema."""
+    for span in spans(text):
+        yield from re.findall(r"(?<![\w./-])(?:jaxsat|fitting)(?:\.[A-Za-z_]\w*)+(?![\w/*]|\.\w)", span)
+
+
+@ON_EACH_PAGE
+def test_modules_that_are_named_exist(page):
+    assert [name for name in named(page.read_text("utf-8")) if not is_there(name)] == []
+
+
+def source(module: str) -> Path:
+    """Where a module stands, whether it does or not."""
+    place = ROOT.joinpath(*module.split("."))
+    return place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
+
+
+def is_there(name: str) -> bool:
+    """Whether it is a module, or something that one defines or imports; nothing is run for it."""
+    module, _, member = name.rpartition(".")
+    if ROOT.joinpath(*name.split(".")).is_dir() or source(name).exists():
+        return True
+    if not source(module).exists():
+        return False
+    nodes = list(ast.walk(ast.parse(source(module).read_text("utf-8"))))
+    defined = {node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+    imported = (node for node in nodes if isinstance(node, ast.ImportFrom))
+    return member in defined | {alias.asname or alias.name for node in imported for alias in node.names}
+
+
+@ON_EACH_PAGE
+def test_commands_that_are_named_exist(page):
+    from jaxsat.cli.main import app
+
+    known = set(app)
+    for span in spans(page.read_text("utf-8")):
+        for command in re.findall(r"(?:^|[\s/])jaxsat ([a-z][\w-]*)", span):
+            assert command in known, span
+
+
+@pytest.mark.parametrize("text", ["`jaxsat.nowhere`", "`fitting.run.fit_all`", "`x = jaxsat.control.emergency_law.f`"])
+def test_a_name_that_is_not_there_is_caught(text):
+    assert not any(map(is_there, named(text)))
+    assert list(named(text))
+
+
+def test_every_page_has_its_place():
+    contents = (ROOT / "mkdocs.yml").read_text("utf-8")
+    pages = {str(page.relative_to(ROOT / "docs")) for page in PAGES[1:]}
+    assert pages == set(re.findall(r": ([\w/-]+\.md)$", contents, flags=re.MULTILINE))
+    folders = [page.parent for page in PAGES]
+    assert max(map(folders.count, folders)) <= MOST_PAGES
+
+
+@pytest.mark.slow
+def test_python_example_runs_and_its_gradient_is_that_of_finite_differences():
+    text = (ROOT / "docs" / "python.md").read_text("utf-8")
+    (example,) = re.findall(r"^```python\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE)
+    check = """
+f, m, h = jax.jit(mean_field_angle), jnp.array([0.3, 0.0, 0.0]), 1e-6
+gradient = jax.jit(jax.jacfwd(mean_field_angle))(m)
+steps = [(f(m + h * e) - f(m - h * e)) / (2 * h) for e in jnp.eye(3)]
+np.testing.assert_allclose(gradient, steps, rtol=1e-4)
+"""
+    run = subprocess.run([sys.executable, "-c", example + check], capture_output=True, text=True, timeout=300)
+    assert run.returncode == 0, run.stderr
+    assert "(1000, 1, 4)\n[" in run.stdout
