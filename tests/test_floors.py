@@ -1,4 +1,4 @@
-"""The house stands: every import goes down its floors, and the top level holds what docs/house.md names."""
+"""The house stands: every import goes down its floors, and the top level holds only what docs/house.md allows."""
 
 import ast
 import fnmatch
@@ -37,12 +37,9 @@ LEVEL = {unit: level for level, units in enumerate(FLOORS) for unit in units}
 SOURCES = ("jaxsat", "fitting", "experiments", "tests")
 MOST_FILES = 15
 """Source files of one folder."""
-TOP_LEVEL = {"jaxsat", "fitting", "experiments", "tests", "docs"} | {
-    "pyproject.toml",
-    "mkdocs.yml",
-    "README.md",
-    "LICENSE",
-    "CHANGELOG.md",
+TOP_LEVEL = {
+    *("pyproject.toml", "mkdocs.yml", "jaxsat", "fitting", "experiments", "tests", "docs"),
+    *("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "CITATION.cff", "LICENSE"),
 }
 
 
