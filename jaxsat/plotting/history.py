@@ -1,4 +1,4 @@
-"""Quantities against time, one panel each: the history of a case of a sweep."""
+"""Quantities against time, one chart each: the history of a case of a sweep."""
 
 from collections.abc import Mapping
 
@@ -8,21 +8,21 @@ from matplotlib.ticker import MaxNLocator
 
 from jaxsat.plotting.style import AXIS_COLOURS, INK, dress, head, new_figure, time_limits
 
-PANEL_IN = 1.9
+CHART_IN = 1.9
 _COLOURS = ("#14497a", "#c0392b", *AXIS_COLOURS.values())
 
 
 def draw_history(
-    t_s: np.ndarray, panels: Mapping[str, Mapping[str, np.ndarray]], *, title: str, subtitle: str = ""
+    t_s: np.ndarray, charts: Mapping[str, Mapping[str, np.ndarray]], *, title: str, subtitle: str = ""
 ) -> Figure:
-    """Returns the picture of quantities [time]; `panels` maps the heading of a panel, with its unit, to named curves.
+    """Returns the picture of quantities [time]; `charts` maps the heading of a chart, with its unit, to named curves.
 
     Curves called x, y, z have the colours of the body axes; a single one needs no name.
     """
-    height = 0.75 + PANEL_IN * len(panels)
+    height = 0.75 + CHART_IN * len(charts)
     figure = new_figure(9.6, height, title, subtitle)
     grid = figure.subplots(
-        len(panels),
+        len(charts),
         1,
         sharex=True,
         squeeze=False,
@@ -34,7 +34,7 @@ def draw_history(
             "hspace": 0.24,
         },
     )
-    for axes, (label, curves) in zip(grid.flat, panels.items(), strict=True):
+    for axes, (label, curves) in zip(grid.flat, charts.items(), strict=True):
         for number, (name, values) in enumerate(curves.items()):
             colour = AXIS_COLOURS.get(name, _COLOURS[number % len(_COLOURS)])
             axes.plot(t_s, values, color=colour, linewidth=1.2, label=name or None)
@@ -47,7 +47,7 @@ def draw_history(
         if all(_counted(values) for values in curves.values()):
             axes.yaxis.set_major_locator(MaxNLocator(integer=True))
         head(axes, label)
-    last = grid.flat[len(panels) - 1]
+    last = grid.flat[len(charts) - 1]
     last.set_xlabel("time, s", fontsize=9, color=INK)
     last.set_xlim(*time_limits(t_s))
     return figure

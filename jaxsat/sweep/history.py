@@ -32,7 +32,7 @@ class History:
     """[time]"""
     columns: Mapping[str, np.ndarray]
     """Of the table, each [time]; the names carry the units."""
-    panels: Mapping[str, Mapping[str, np.ndarray]]
+    charts: Mapping[str, Mapping[str, np.ndarray]]
     """Of the picture, from the top: title with the unit, then the curves [time] by their names; one alone has none."""
     remark: str = ""
     """What of the options is worth saying beside the seed."""

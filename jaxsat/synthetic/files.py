@@ -132,7 +132,7 @@ def pictures(session: SimulatedSession, plan: SessionPlan) -> dict[str, bytes]:
         subtitle=subtitle,
     )
     angles = angle_columns(session)
-    panels = {
+    charts = {
         "body x from the field, deg": {"": angles["field_angle_deg"]},
         "Sun-magnetic azimuth and roll, deg": {
             "azimuth": _unwrapped(angles["sun_magnetic_azimuth_deg"]),
@@ -146,7 +146,7 @@ def pictures(session: SimulatedSession, plan: SessionPlan) -> dict[str, bytes]:
         "turn of the limb about body x, deg": {"": _unwrapped(angles["limb_turn_deg"])},
         "angular velocity, body axes, deg/s": {c: angles[f"rate_{c}_deg_s"] for c in "xyz"},
     }
-    history = draw_history(truth.t, panels, title="Angles of the simulated attitude", subtitle=subtitle)
+    history = draw_history(truth.t, charts, title="Angles of the simulated attitude", subtitle=subtitle)
     return {"currents.png": png_bytes(currents), "angles.png": png_bytes(history)}
 
 

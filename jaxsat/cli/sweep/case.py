@@ -32,7 +32,7 @@ def write_history(directory: Path, history: History, scenario: Scenario, *, seed
         writer.writerows([f"{x:.10g}" if math.isfinite(x) else "" for x in row] for row in rows)
     title = f"{scenario.name.replace('-', ' ').capitalize()}, case {case}"
     subtitle = ", ".join(filter(None, [f"seed {seed}", history.remark]))
-    png = png_bytes(draw_history(history.t_s, history.panels, title=title, subtitle=subtitle))
+    png = png_bytes(draw_history(history.t_s, history.charts, title=title, subtitle=subtitle))
     (directory / "history.png").write_bytes(png)
     if history.page is not None:
         text = case_page(history.page, png, scenario.assumptions, title=title, subtitle=subtitle)

@@ -230,7 +230,7 @@ def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> Hist
         "mode": samples.mode,
         **{f"rate_{c}_deg_s": rates[:, k] for k, c in enumerate("xyz")},
     }
-    panels = {
+    charts = {
         "Earth's centre from body z, deg": {"angle": error, **shown},
         "presence of the Earth, one line a sensor": {
             name: np.where(present[:, k], 1.0 + k, np.nan) for k, name in enumerate(SENSORS)
@@ -242,7 +242,7 @@ def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> Hist
     t_s, options = settings.period_s * np.arange(periods), dict(program)
     remark = f"{options['spacecraft']} spacecraft, {options['strategy']} strategy"
     page = search_page(options, cases.vehicle.sensor, float(cases.scene.disk[0]), samples, t_s)
-    return History(t_s, columns, panels, remark, page)
+    return History(t_s, columns, charts, remark, page)
 
 
 make = Factory(_build, OPTIONS, ASSUMPTIONS)

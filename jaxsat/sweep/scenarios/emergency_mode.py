@@ -127,14 +127,14 @@ def _history(samples) -> History:
         "tilt_deg": np.degrees(samples.tilt),
         **{f"dipole_{c}_A_m2": dipole[:, k] for k, c in enumerate("xyz")},
     }
-    panels = {
+    charts = {
         "angular errors, deg": dict(zip("xyz", error.T, strict=True)),
         "rates against the orbital axes, deg/s": dict(zip("xyz", rate.T, strict=True)),
         "angle of body y from the vertical, deg": {"": np.degrees(samples.tilt)},
         "dipoles, A m2": dict(zip("xyz", dipole.T, strict=True)),
     }
     # A sample is the end of its period.
-    return History(CONTROL_PERIOD_S * np.arange(1, len(error) + 1), columns, panels)
+    return History(CONTROL_PERIOD_S * np.arange(1, len(error) + 1), columns, charts)
 
 
 make = Factory(_build, OPTIONS)

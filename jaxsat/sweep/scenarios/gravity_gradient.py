@@ -92,11 +92,11 @@ def _history(motion: Motion, case: int) -> History:
         **{f"rate_{c}_deg_s": rates[:, k] for k, c in enumerate("xyz")},
         "tilt_deg": tilts,
     }
-    panels = {
+    charts = {
         "long axis from the vertical, deg": {"": tilts},
         "rate against the orbit, deg/s": dict(zip("xyz", rates.T, strict=True)),
     }
-    return History(motion.t_s, columns, panels)
+    return History(motion.t_s, columns, charts)
 
 
 make = Factory(_build, OPTIONS)
@@ -121,8 +121,7 @@ def _motion(rate: float, orbits: float):
     from jaxsat.integrators import RK4, StepGrid, step_for
     from jaxsat.math import cross, quaternion
     from jaxsat.simulate import simulate_on_grid
-    from jaxsat.spacecraft import MagneticRods, SolarPanels, Spacecraft, box_normals
-    from jaxsat.torques import GravityGradient
+    from jaxsat.spacecraft import Spacecraft
 
     mean_motion = math.sqrt(EARTH_MU / RADIUS**3)
     period = 2.0 * math.pi / mean_motion
@@ -137,10 +136,7 @@ def _motion(rate: float, orbits: float):
     up = position[grid.sample_node] / RADIUS
     normal = np.cross(position[0], velocity[0]) / np.linalg.norm(np.cross(position[0], velocity[0]))
     inertial_from_orbit = np.stack([np.cross(normal, up[0]), normal, up[0]], axis=1)
-    none = jnp.asarray(np.zeros(0))
-    rods = MagneticRods(none, jnp.asarray(np.zeros((0, 3))), jnp.asarray(3e-5))
-    panels = SolarPanels(box_normals(), jnp.asarray(1.0), jnp.asarray(np.ones(6)))
-    craft = Spacecraft(jnp.asarray(np.diag(MOMENTS)), jnp.asarray(np.zeros(3)), rods, panels)
+    craft = Spacecraft(jnp.asarray(np.diag(MOMENTS)))
 
     def carried(q):
         """Rate of the orbital frame in body axes."""
@@ -153,7 +149,7 @@ def _motion(rate: float, orbits: float):
         return AttitudeState(q, rate * spin + carried(q))
 
     def one(state):
-        return simulate_on_grid(craft, state, table, grid, torques=(GravityGradient(),))
+        return simulate_on_grid(craft, state, table, grid)
 
     # Three programs: compiled as one they take twice as long.
     @jax.jit

@@ -171,7 +171,7 @@ def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> Hist
         "error_deg": np.degrees(samples.error),
         "impulse_N_s": np.cumsum(samples.impulse),
     }
-    panels = {
+    charts = {
         "Sun from the sensor's axis, deg": {"true": true_angle, "estimated": angle},
         "azimuth of the Sun about the axis, deg": {"true": true_azimuth, "estimated": azimuth},
         "Sun in instrument axes": dict(zip("xyz", sun.T, strict=True)),
@@ -180,7 +180,7 @@ def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> Hist
         "impulse spent, N s": {"": np.cumsum(samples.impulse)},
     }
     remark = f"{settings.estimator} estimator; seen every {settings.period_s:g} s"
-    return History(settings.period_s * np.arange(periods), columns, panels, remark)
+    return History(settings.period_s * np.arange(periods), columns, charts, remark)
 
 
 def _angles(v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
