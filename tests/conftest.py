@@ -1,4 +1,4 @@
-"""Strict numerics for every test: 64-bit, no silent broadcasting or promotion; compiled programs are shared by a run."""
+"""Strict numerics for every test: 64-bit, no silent broadcasting or promotion; a run shares its compiled programs."""
 
 import atexit
 import gc
