@@ -93,15 +93,17 @@ def published_sample() -> list[dict]:
 
 def session_samples(session: str):
     """Prepared session, its samples for the local methods, and the truth."""
-    from jaxsat.cli.local.command import local_samples
-    from jaxsat.cli.session.prepared import BUNDLED, prepare_session
-    from jaxsat.cli.settings.files import load_config
+    from fitting.local.methods import local_samples
+    from fitting.session import prepare_session
+    from jaxsat.bundled import BUNDLED
+    from jaxsat.satellites import read_satellite
+    from jaxsat.telemetry import read_telemetry
 
     path = BUNDLED.parent / f"{FILES[session]}.RAW_SUN"
     truth = json.loads(path.with_suffix(".truth.json").read_text())
-    config = load_config(overrides={"spacecraft.imax_mA": truth["cfg"]["imax"]})
-    prepared = prepare_session(path, config)
-    return prepared, *local_samples(prepared, config, "mirror"), truth
+    satellite = read_satellite(changed={"spacecraft.imax_mA": truth["cfg"]["imax"]})
+    prepared = prepare_session(read_telemetry(path, satellite))
+    return prepared, *local_samples(prepared, satellite, noise_mA=2.0), truth
 
 
 def errors_deg(solutions, truth) -> np.ndarray:
@@ -142,7 +144,7 @@ def table(samples, truth, times) -> list[dict]:
 
 def all_methods(prepared, observed, samples, truth) -> dict:
     """Errors over the session of each method, of its best attitude and of the nearest that it lists."""
-    from jaxsat.cli.local.command import solve
+    from fitting.local.methods import solve
 
     result = {}
     for method in ("field-roll", "five-parameter", "sun-field"):

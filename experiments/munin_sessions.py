@@ -109,8 +109,8 @@ FILES = {
 }
 
 
-def settings_at_truth(truth: dict, free: str, *, blind: bool) -> dict[str, object]:
-    """Configuration keys: the truth for what is not free, the paper's nominal satellite for what is.
+def satellite_at_truth(truth: dict, free: str, *, blind: bool) -> dict[str, object]:
+    """Keys of a satellite file: the truth for what is not free, the paper's nominal satellite for what is.
 
     Where magnet and inertia are both free the common scale is the truth's |magnet|; `blind` gives nothing away but it.
     """
@@ -118,7 +118,7 @@ def settings_at_truth(truth: dict, free: str, *, blind: bool) -> dict[str, objec
 
     cfg = truth["cfg"]
     names = parse_free(free)
-    given: dict[str, object] = {"fit.free": free}
+    given: dict[str, object] = {}
     if not any(name.startswith("magnet") for name in names):
         given["spacecraft.magnet_A_m2"] = [float(m) for m in cfg["magnet"]]
     elif any(name.startswith("inertia") for name in names):
@@ -168,10 +168,10 @@ def bound_of(name: str, bounds: dict) -> float | None:
 
 def run(session: str, free: str, bounds: dict) -> dict:
     """One fit, compared with its truth."""
-    from fitting.estimate import fit
-    from jaxsat.cli.session.inputs import fit_settings, nominal, observations
-    from jaxsat.cli.session.prepared import BUNDLED, prepare_session
-    from jaxsat.cli.settings.files import load_config
+    import fitting
+    from jaxsat.bundled import BUNDLED
+    from jaxsat.satellites import read_satellite
+    from jaxsat.telemetry import read_telemetry
 
     path = BUNDLED.parent / f"{FILES[session]}.RAW_SUN"
     truth = json.loads(path.with_suffix(".truth.json").read_text())
@@ -179,10 +179,11 @@ def run(session: str, free: str, bounds: dict) -> dict:
         words = "state"
     else:
         words = f"{free},{SPECULAR}" if free.startswith("als") else free
-    config = load_config(overrides=settings_at_truth(truth, words, blind=not bounds and words != "state"))
-    prepared = prepare_session(path, config)
+    changed = satellite_at_truth(truth, words, blind=not bounds and words != "state")
+    satellite = read_satellite(changed=changed)
+    session_read = read_telemetry(path, satellite)
     began = time.perf_counter()
-    result = fit(observations(prepared.session, prepared.orbit_fit, config), nominal(config), fit_settings(config))
+    result = fitting.fit(satellite, session_read, free=words).result
     seconds = time.perf_counter() - began
 
     index = [int(np.argmin(np.abs(np.array(truth["t"]) - t))) for t in result.t_s]

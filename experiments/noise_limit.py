@@ -26,19 +26,21 @@ def main() -> None:
 
     from fitting.measurements.observations import build_problem
     from fitting.measurements.problem import RATE_UNIT, predict
-    from fitting.parameters.names import parse_free
-    from fitting.parameters.parametrization import PriorSigma, parametrization
-    from jaxsat.cli.session.inputs import fit_settings, nominal, observations
-    from jaxsat.cli.session.prepared import BUNDLED, prepare_session
-    from jaxsat.cli.settings.files import load_config
+    from fitting.parameters.nominal import nominal_model
+    from fitting.parameters.parametrization import parametrization
+    from fitting.session import prepare_session
+    from fitting.settings import FitSettings
+    from jaxsat.bundled import BUNDLED
     from jaxsat.integrators import BLOCK
+    from jaxsat.satellites import read_satellite
+    from jaxsat.telemetry import read_telemetry
 
     path = BUNDLED.parent / f"{FILES[arguments.session]}.RAW_SUN"
     truth = json.loads(path.with_suffix(".truth.json").read_text())
     true = true_values(truth["cfg"])
     inertia = {key: true[f"inertia.{key}"] for key in ("xx", "yy", "zz", "xy", "xz", "yz")}
-    config = load_config(
-        overrides={
+    satellite = read_satellite(
+        changed={
             "spacecraft.magnet_A_m2": [float(m) for m in truth["cfg"]["magnet"]],
             "spacecraft.rods_A_m2": truth["cfg"]["rods"],
             "spacecraft.imax_mA": true["imax"],
@@ -47,11 +49,11 @@ def main() -> None:
             "albedo.diffuse": true["albedo.diffuse"],
         }
     )
-    prepared = prepare_session(path, config)
-    samples = observations(prepared.session, prepared.orbit_fit, config)
-    sigma_mA = fit_settings(config).reading_sigma_mA
+    samples = prepare_session(read_telemetry(path, satellite)).observations()
+    settings = FitSettings(free=arguments.free)
+    sigma_mA = settings.reading_sigma_mA
     problem = build_problem(samples, noise=1e-3 * sigma_mA, max_step=4.0)
-    parameters = parametrization(nominal(config), parse_free(arguments.free), PriorSigma())
+    parameters = parametrization(nominal_model(satellite), settings.free_names, settings.prior_sigma)
 
     x = np.zeros(len(parameters.names))
     x[3:6] = np.array(truth["cfg"]["w0"]) / RATE_UNIT

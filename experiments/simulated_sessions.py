@@ -14,22 +14,28 @@ import jax
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from jaxsat.given import Given, Orbit, Sun
+from jaxsat.satellites import read_satellite
+from jaxsat.synthetic.session import SessionPlan, make_session
+from jaxsat.synthetic.settings import SimulationSettings
+from jaxsat.telemetry import read_telemetry
+
 SESSIONS = ("a-nominal-exact", "b-specular50", "c-specular50-limited", "d-mixed-albedo", "e-tumbling")
 DATA = Path(__file__).parent.parent / "jaxsat" / "data" / "munin"
 
 
-def settings_of(truth: dict, seed: int = 0) -> dict[str, object]:
-    """Configuration, `section.key` to value, of the session that a truth file describes."""
+def plan_of(truth: dict, seed: int = 0) -> SessionPlan:
+    """The session that a truth file describes."""
     cfg, e, J = truth["cfg"], truth["cfg"]["elements"], truth["cfg"]["inertia"]
-    found: dict[str, object] = {
-        "orbit.semi_major_axis_km": e["a"] / 1e3,
-        "orbit.eccentricity": e["e"],
-        "orbit.inclination_deg": e["i"],
-        "orbit.raan_deg": e["raan"],
-        "orbit.argument_of_perigee_deg": e["argp"],
-        "orbit.time_of_perigee_s": e["t_peri"],
-        # Held fixed over the session, as in the files.
-        "sun.direction_eci": truth["sun"],
+    orbit = Orbit(
+        semi_major_axis_km=e["a"] / 1e3,
+        eccentricity=e["e"],
+        inclination_deg=e["i"],
+        raan_deg=e["raan"],
+        argument_of_perigee_deg=e["argp"],
+        time_of_perigee_s=e["t_peri"],
+    )
+    satellite = {
         "spacecraft.magnet_A_m2": [float(m) for m in cfg["magnet"]],
         "spacecraft.rods_A_m2": cfg["rods"],
         "spacecraft.imax_mA": cfg["imax"],
@@ -39,18 +45,22 @@ def settings_of(truth: dict, seed: int = 0) -> dict[str, object]:
         },
         "albedo.specular": cfg["albedo_specular"],
         "albedo.diffuse": cfg["albedo_diffuse"],
-        "simulate.epoch_utc": cfg["start"],
-        "simulate.duration_s": cfg["duration"],
-        "simulate.sampling_s": cfg["cadence"],
-        "simulate.quaternion": cfg["q0"],
-        "simulate.rate_deg_s": np.degrees(cfg["w0"]).tolist(),
-        "simulate.noise_mA": cfg["noise"],
-        "simulate.tle": cfg["tle"],
-        "simulate.seed": seed,
+    }
+    simulate = {
+        "epoch_utc": cfg["start"],
+        "duration_s": cfg["duration"],
+        "sampling_s": cfg["cadence"],
+        "quaternion": cfg["q0"],
+        "rate_deg_s": np.degrees(cfg["w0"]).tolist(),
+        "noise_mA": cfg["noise"],
+        "tle": cfg["tle"],
+        "seed": seed,
     }
     if cfg["clip"] is not None:
-        found["simulate.limit_s"], found["simulate.limit_factors"] = cfg["clip"][:2], cfg["clip"][2:]
-    return found
+        simulate |= {"limit_s": cfg["clip"][:2], "limit_factors": cfg["clip"][2:]}
+    # The Sun is held fixed over the session, as in the files.
+    given = Given(orbit=orbit, sun=Sun(direction_eci=tuple(truth["sun"])))
+    return SessionPlan(SimulationSettings.model_validate(simulate), read_satellite(changed=satellite), given)
 
 
 def differences(truth: dict, session) -> dict[str, float]:
@@ -71,9 +81,7 @@ def differences(truth: dict, session) -> dict[str, float]:
 
 def telemetry_difference(file: Path, session) -> float:
     """RMS of (their readings - ours) over lit samples and panels, with independent noise in both [mA]."""
-    from jaxsat.telemetry import clean, read_raw_sun
-
-    theirs = clean(read_raw_sun(file))
+    theirs = read_telemetry(file)
     rows = np.rint((theirs.epoch.seconds_since(session.epoch) + theirs.t_s) / 64.0).astype(int)
     difference = theirs.currents_mA - session.telemetered_mA[rows]
     seen = np.asarray(session.truth.current)[rows] > 0.0
@@ -86,13 +94,10 @@ def main() -> None:
     arguments = parser.parse_args()
     jax.config.update("jax_enable_x64", True)
 
-    from jaxsat.cli.settings.files import load_config
-    from jaxsat.synthetic.session import make_session
-
     results = {}
     for name in SESSIONS:
         truth = json.loads((DATA / f"{name}.truth.json").read_text())
-        session = make_session(load_config(overrides=settings_of(truth)), None)
+        session = make_session(plan_of(truth))
         found = differences(truth, session)
         found["telemetry_rms_mA"] = telemetry_difference(DATA / f"{name}.RAW_SUN", session)
         results[name] = found

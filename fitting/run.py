@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -58,6 +58,13 @@ class SessionFit:
         """All parameters of the model, the fitted and the fixed, in the units of their names."""
         return self.result.parameters
 
+    def after(self, before_s: Mapping[str, float], **times: float) -> "SessionFit":
+        """The same with the seconds of what came before the fit in front of its own."""
+        own = self.result.timing_s
+        prepare = before_s["prepare"] + own.get("prepare", 0.0)
+        result = dataclasses.replace(self.result, timing_s={**before_s, **own, "prepare": prepare, **times})
+        return dataclasses.replace(self, result=result)
+
     def write(self, directory: str | Path, *, plots: bool = True) -> list[str]:
         """Writes the files of `jaxsat fit` into a directory, whole or not at all; returns warnings.
 
@@ -109,16 +116,14 @@ def fit(
     """
     settings = settings or FitSettings()
     if free is not None:
-        settings = FitSettings.model_validate({**dict(settings), "free": free})
+        settings = settings.changed(free=free)
     began = time.perf_counter()
     prepared = prepare_session(session, given)
     prepare_s = time.perf_counter() - began
     found = fit_prepared(
         prepared, satellite, settings, limb=None if limb is None else Path(limb), profiles=profiles, progress=progress
     )
-    times = {**found.result.timing_s, "total": time.perf_counter() - began}
-    times["prepare"] += prepare_s
-    return dataclasses.replace(found, result=dataclasses.replace(found.result, timing_s=times))
+    return found.after({"prepare": prepare_s}, total=time.perf_counter() - began)
 
 
 def fit_prepared(

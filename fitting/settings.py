@@ -11,7 +11,7 @@ from jaxsat.setting_types import Interval, NonNegative, Positive, Section
 
 def _free(value: object) -> object:
     if isinstance(value, list | tuple) and all(isinstance(item, str) for item in value):
-        value = ",".join(value)
+        value = ",".join(value) or "state"
     if isinstance(value, str):
         parse_free(value)
     return value

@@ -3,11 +3,14 @@
 XLA's own cache spares the compilation of a program that it has seen, but not the seconds that Python takes to trace
 it. Here the traced program is kept too (`jax.export`), under a name that holds everything it depends on: this
 package's sources, the versions, the platform, and the structure, shapes and static parts of the arguments.
+
+A kept program knows arrays alone, so the object that its results belong in is pickled beside it, with nothing in the
+places of its arrays. The directory is trusted as XLA's cache in it is: both run what they find there.
 """
 
-import dataclasses
 import hashlib
 import os
+import pickle
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -29,13 +32,13 @@ class Stored:
     """A function compiled for its arguments, whose traced program outlives the process.
 
     It does as `equinox.filter_jit`, which stands in where no cache directory is set: arrays are traced, other leaves
-    are static. `like` returns any object with the structure of the result.
+    are static. Every leaf of the result is an array.
     """
 
-    def __init__(self, function: Callable[..., Any], like: Callable[[], Any]):
-        self._function, self._like = function, like
+    def __init__(self, function: Callable[..., Any]):
+        self._function = function
         self._plain = eqx.filter_jit(function)
-        self._programs: dict[str, Future] = {}
+        self._programs: dict[str, tuple[Future, Any]] = {}
         self._lock = threading.Lock()
 
     def __call__(self, *arguments: Any) -> Any:
@@ -43,15 +46,15 @@ class Stored:
         directory = _directory()
         if directory is None:
             return self._plain(*arguments)
-        program, leaves = self._program(directory, arguments)
-        return jax.tree.unflatten(jax.tree.structure(self._like()), program.result()(*leaves))
+        (program, structure), leaves = self._program(directory, arguments)
+        return jax.tree.unflatten(structure, program.result()(*leaves))
 
     def compile(self, *arguments: Any) -> Future | None:
         """Traces for such arguments now and compiles in the background; without a directory, does nothing."""
         directory = _directory()
-        return None if directory is None else self._program(directory, arguments)[0]
+        return None if directory is None else self._program(directory, arguments)[0][0]
 
-    def _program(self, directory: Path, arguments: tuple) -> tuple[Future, list]:
+    def _program(self, directory: Path, arguments: tuple) -> tuple[tuple[Future, Any], list]:
         dynamic, static = eqx.partition(arguments, lambda leaf: isinstance(leaf, jax.Array | np.ndarray))
         leaves, structure = jax.tree.flatten(dynamic)
         shapes = [(leaf.shape, str(leaf.dtype)) for leaf in leaves]
@@ -63,27 +66,16 @@ class Stored:
 
     def _start(self, name: str, directory: Path, structure: Any, static: tuple, leaves: list) -> None:
         known = self._programs.get(name)
-        if known is None or (known.done() and known.exception()):
+        if known is None or (known[0].done() and known[0].exception()):
 
             def flat(*leaves):
-                result = self._function(*eqx.combine(jax.tree.unflatten(structure, leaves), static))
-                return jax.tree.leaves(result)
+                return self._function(*eqx.combine(jax.tree.unflatten(structure, leaves), static))
 
-            exported = _load(directory / f"{name}.stablehlo") or _trace(flat, leaves, directory / f"{name}.stablehlo")
+            path = directory / f"{name}.stablehlo"
+            exported, empty = _load(path) or _trace(flat, leaves, path)
             # Tracing and lowering hold Python's lock and gain nothing from a second thread; XLA releases it.
-            self._programs[name] = _compiler.submit(jax.jit(exported.call).lower(*leaves).compile)
-
-
-def hollow(module: type, **children: Any) -> Any:
-    """An `equinox.Module` of a structure without its contents: `children` where they are given, else a leaf.
-
-    What may be absent is absent unless it is among `children`.
-    """
-    instance = object.__new__(module)
-    for field in dataclasses.fields(module):
-        content = None if field.default is None else 0.0
-        object.__setattr__(instance, field.name, children.get(field.name, content))
-    return instance
+            compiled = _compiler.submit(jax.jit(exported.call).lower(*leaves).compile)
+            self._programs[name] = compiled, jax.tree.structure(empty)
 
 
 def _directory() -> Path | None:
@@ -92,24 +84,34 @@ def _directory() -> Path | None:
     return Path(directory) if directory and enabled else None
 
 
-def _load(path: Path) -> jax.export.Exported | None:
+def _load(path: Path) -> tuple[jax.export.Exported, Any] | None:
+    """The program of a file and an empty object like its results."""
     try:
-        return jax.export.deserialize(bytearray(path.read_bytes()))
+        program, empty = pickle.loads(path.read_bytes())
+        return jax.export.deserialize(bytearray(program)), empty
     except FileNotFoundError:
         return None
     except Exception:  # A damaged file, whatever it does to the reader, costs a second's work and no more.
         return None
 
 
-def _trace(flat: Callable, leaves: list, path: Path) -> jax.export.Exported:
+def _trace(function: Callable, leaves: list, path: Path) -> tuple[jax.export.Exported, Any]:
+    structure: Any = None
+
+    def flat(*leaves):
+        nonlocal structure
+        found, structure = jax.tree.flatten(function(*leaves))
+        return found
+
     exported = jax.export.export(jax.jit(flat))(*leaves)
+    empty = jax.tree.unflatten(structure, [0.0] * structure.num_leaves)
     unfinished = path.with_suffix(f".{os.getpid()}")
     try:
-        unfinished.write_bytes(exported.serialize())
+        unfinished.write_bytes(pickle.dumps((bytes(exported.serialize()), empty)))
         unfinished.replace(path)
     except OSError:  # A full disk: the program is traced again next time.
         unfinished.unlink(missing_ok=True)
-    return exported
+    return exported, empty
 
 
 @cache

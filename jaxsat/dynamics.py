@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 from jaxsat.environment import OrbitTable
 from jaxsat.math import cross, inverse_3x3, quaternion
 from jaxsat.spacecraft import Spacecraft
-from jaxsat.torques import AbstractTorque, BodyEnvironment, lag_rate
+from jaxsat.torques import AbstractTorque, BodyEnvironment, lag_rate, torques_of
 from jaxsat.torques.abstract import required
 
 
@@ -27,11 +27,12 @@ class RigidBody(eqx.Module):
 
     spacecraft: Spacecraft
     inverse_inertia: Float[Array, "*cases 3 3"]
-    torques: tuple[AbstractTorque, ...]
+    torques: tuple[AbstractTorque, ...] | None
+    """None for those that follow from the satellite's parts (`torques_of`)."""
 
 
-def rigid_body(spacecraft: Spacecraft, torques: tuple[AbstractTorque, ...]) -> RigidBody:
-    """A satellite and the torques on it, ready to integrate."""
+def rigid_body(spacecraft: Spacecraft, torques: tuple[AbstractTorque, ...] | None = None) -> RigidBody:
+    """A satellite and the torques on it, by default those of its parts, ready to integrate."""
     return RigidBody(spacecraft, inverse_3x3(spacecraft.inertia), torques)
 
 
@@ -67,7 +68,9 @@ def derivative(state: AttitudeState, point: OrbitTable, body: RigidBody) -> Atti
     q, w = state.quaternion, state.angular_velocity
     around = body_environment(state, point)
 
-    torque = sum((t(body.spacecraft, around) for t in body.torques), start=jnp.zeros_like(w))
+    # Gathered here and not before: the parts' numbers are then those of one case, and there once.
+    torques = torques_of(body.spacecraft, around) if body.torques is None else body.torques
+    torque = sum((t(body.spacecraft, around) for t in torques), start=jnp.zeros_like(w))
     q_dot, w_dot = rigid_body_rates(q, w, torque, body.spacecraft.inertia, body.inverse_inertia)
     return AttitudeState(q_dot, w_dot, _rod_lag_rate(body.spacecraft, around))
 

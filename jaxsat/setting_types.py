@@ -1,14 +1,20 @@
 """The kinds of value that sections of a configuration are made of, each with its limits."""
 
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+Kind = TypeVar("Kind", bound="Section")
 
 
 class Section(BaseModel):
     """A table of the file: no key but its own, no number that is not finite, nothing converted."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+    def changed(self: Kind, **values: object) -> Kind:
+        """The same with other values, checked as any; raises ValueError (pydantic's) naming what cannot be."""
+        return type(self).model_validate({**dict(self), **values})
 
 
 def _increasing(interval: tuple[float, float]) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""What belongs to the satellite and may be fitted: mass properties, magnet, rods, panels, surface.
+"""What belongs to the satellite and may be fitted: mass properties and parts such as magnet, rods, panels, surface.
 
 Every number is a leaf.
 """
@@ -124,31 +124,40 @@ def box_facets(
 
 
 class Spacecraft(eqx.Module):
-    """A rigid satellite with a magnet, rods, panels and a surface."""
+    """A rigid satellite and its parts, of which it may have any; what is None costs nothing.
+
+    `jaxsat.torques.torques_of` says which torques follow from the parts that are there.
+    """
 
     inertia: Float[Array, "3 3"]
     """Inertia tensor about the centre of mass, body axes [kg m^2]."""
-    magnet: Float[Array, "3"]
+    magnet: Float[Array, "3"] | None = None
     """Permanent dipole, body axes [A m^2]."""
-    rods: MagneticRods
-    panels: SolarPanels
+    rods: MagneticRods | None = None
+    """Rods without hysteresis."""
+    panels: SolarPanels | None = None
     hysteresis_rods: HysteresisRods | None = None
-    """Beside the linear `rods`, which may be none: arrays of length zero."""
     facets: Facets | None = None
     """Outer surface, for drag and solar pressure."""
+    parts: tuple[eqx.Module, ...] = ()
+    """Further parts that know their torque: `jaxsat.torques.AbstractTorque`s with the numbers of the part as leaves."""
 
 
-def turned(spacecraft: Spacecraft, dcm_new_from_body: Float[Array | np.ndarray, "3 3"]) -> Spacecraft:
-    """The same satellite described in other axes: every vector and tensor of it turned."""
+def in_axes(spacecraft: Spacecraft, dcm_new_from_body: Float[Array | np.ndarray, "3 3"]) -> Spacecraft:
+    """The same satellite described in other axes; ValueError where it has `parts`, whose vectors nobody knows here."""
+    if spacecraft.parts:
+        raise ValueError("in_axes: Spacecraft.parts cannot be described in other axes: give a satellite without them")
     dcm = jnp.asarray(dcm_new_from_body)
 
     def vectors(craft):
-        found = [craft.magnet, craft.rods.axes, craft.panels.normals]
-        if craft.hysteresis_rods is not None:
-            found.append(craft.hysteresis_rods.axes)
-        if craft.facets is not None:
-            found += [craft.facets.centers, craft.facets.normals]
-        return found
+        found = [
+            craft.magnet,
+            None if craft.rods is None else craft.rods.axes,
+            None if craft.panels is None else craft.panels.normals,
+            None if craft.hysteresis_rods is None else craft.hysteresis_rods.axes,
+            *([] if craft.facets is None else [craft.facets.centers, craft.facets.normals]),
+        ]
+        return [v for v in found if v is not None]
 
     new = eqx.tree_at(vectors, spacecraft, [v @ dcm.T for v in vectors(spacecraft)])
     return eqx.tree_at(lambda craft: craft.inertia, new, dcm @ spacecraft.inertia @ dcm.T)

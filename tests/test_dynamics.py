@@ -11,12 +11,12 @@ from jaxsat.dynamics import AttitudeState, body_environment, derivative, rigid_b
 from jaxsat.environment import OrbitTable
 from jaxsat.spacecraft import HysteresisRods, MagneticRods, SolarPanels, Spacecraft, box_facets, box_normals
 from jaxsat.torques import (
-    MUNIN_TORQUES,
     AerodynamicTorque,
     HysteresisRodsTorque,
     ResidualTorque,
     SolarPressureTorque,
     lag_rate,
+    torques_of,
 )
 
 MU = 3.986004415e14
@@ -29,6 +29,7 @@ CRAFT = Spacecraft(
     MagneticRods(jnp.asarray(MOMENTS), jnp.asarray(AXES), jnp.asarray(REFERENCE)),
     SolarPanels(box_normals(), jnp.asarray(0.24), jnp.ones(6)),
 )
+TORQUES = torques_of(CRAFT)
 RNG = np.random.default_rng(8)
 Q = Rotation.random(20, rng=RNG).as_quat(scalar_first=True)
 W = 0.02 * RNG.normal(size=(20, 3))
@@ -57,7 +58,7 @@ def state_and_point(k):
 
 
 def test_right_hand_side_is_the_textbook_one():
-    body = rigid_body(CRAFT, MUNIN_TORQUES)
+    body = rigid_body(CRAFT)
     for k in range(20):
         found = slope(*state_and_point(k), body)
         q_dot, w_dot = textbook(Q[k], W[k], POSITION[k], FIELD[k])
@@ -68,7 +69,7 @@ def test_right_hand_side_is_the_textbook_one():
 
 
 def test_batch_of_states():
-    body = rigid_body(CRAFT, MUNIN_TORQUES)
+    body = rigid_body(CRAFT)
 
     def one(q, w, position, field):
         return derivative(AttitudeState(q, w), OrbitTable(position, field), body)
@@ -88,7 +89,7 @@ def test_no_torques_and_no_rate_leave_the_body_alone():
 
 
 def test_inverse_of_inertia_is_formed_once_and_follows_its_derivative():
-    body = rigid_body(CRAFT, MUNIN_TORQUES)
+    body = rigid_body(CRAFT)
     np.testing.assert_allclose(body.inverse_inertia @ INERTIA, np.eye(3), atol=1e-14)
     state, point = state_and_point(3)
 
@@ -155,7 +156,7 @@ def test_surroundings_in_body_axes():
 
 def test_all_torques_and_the_rods_state():
     """Euler's equation with the torques summed outside; the rods' state goes by the law of its own."""
-    torques = (*MUNIN_TORQUES, AerodynamicTorque(), SolarPressureTorque(), HysteresisRodsTorque())
+    torques = (*TORQUES, AerodynamicTorque(), SolarPressureTorque(), HysteresisRodsTorque())
     torques = (*torques, ResidualTorque(np.array([1e-9, 2e-9, -1e-9])))
     body = rigid_body(FULL, torques)
     for k in range(3):
@@ -172,7 +173,7 @@ def test_all_torques_and_the_rods_state():
 
 def test_without_rods_there_is_no_third_state():
     state, point = state_and_point(0)
-    found = slope(state, point, rigid_body(FULL, MUNIN_TORQUES))
+    found = slope(state, point, rigid_body(FULL, TORQUES))
     assert found.rod_lag is None and len(jax.tree.leaves(found)) == 2
     around = body_environment(state, point)
     assert len(jax.tree.leaves(around)) == 4

@@ -2,7 +2,9 @@
 
 import ast
 import fnmatch
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -11,24 +13,30 @@ ROOT = Path(__file__).parent.parent
 
 # From the ground up. Modules of one floor may import each other, but for wings, which stand apart.
 FLOORS: tuple[tuple[str, ...], ...] = (
-    ("jaxsat.errors", "jaxsat.significant", "jaxsat.panel_names"),
+    ("jaxsat.errors", "jaxsat.significant", "jaxsat.panel_names", "jaxsat.bundled"),
+    ("jaxsat.numerics", "jaxsat.versions", "jaxsat.setting_types"),
     ("jaxsat.math",),
-    ("jaxsat.constants", "jaxsat.time", "jaxsat.frames"),
+    ("jaxsat.constants", "jaxsat.time", "jaxsat.frames", "jaxsat.given"),
+    ("jaxsat.files",),
     ("jaxsat.environment",),
     ("jaxsat.spacecraft",),
     ("jaxsat.torques", "jaxsat.munin"),
     ("jaxsat.dynamics", "jaxsat.integrators", "jaxsat.simulate"),
     ("jaxsat.sensors",),
     ("jaxsat.estimation",),
-    ("jaxsat.control", "jaxsat.synthetic"),
+    ("jaxsat.control",),
     ("jaxsat.sweep",),
-    ("jaxsat.telemetry",),
+    ("jaxsat.telemetry", "jaxsat.satellites"),
     ("jaxsat.plotting", "jaxsat.report"),
+    ("jaxsat.synthetic",),
     ("fitting",),
     ("jaxsat.cli",),
 )
 WINGS = {"jaxsat.plotting", "jaxsat.report"}
 LEVEL = {unit: level for level, units in enumerate(FLOORS) for unit in units}
+SOURCES = ("jaxsat", "fitting", "experiments", "tests")
+MOST_FILES = 15
+"""Source files of one folder."""
 TOP_LEVEL = {"pyproject.toml", "jaxsat", "fitting", "experiments", "tests", "README.md", "LICENSE", "CHANGELOG.md"}
 
 
@@ -95,6 +103,43 @@ def test_every_import_goes_down():
     assert not found, "\n".join(found)
 
 
+def graph(sources: Mapping[str, tuple[str, bool]]) -> dict[str, set[str]]:
+    """Modules that each module imports, of (source, whether a package) by name."""
+    found = {}
+    for module, (source, is_package) in sources.items():
+        names = {name for _, name in imported(source, module, is_package)}
+        # `from a.b import c` names a module a.b.c or something in a.b.
+        places = {name if name in sources else name.rpartition(".")[0] for name in names}
+        found[module] = (places & sources.keys()) - {module}
+    return found
+
+
+def circle(imports: Mapping[str, set[str]]) -> list[str]:
+    """A circle of imports, if there is one."""
+    try:
+        TopologicalSorter(imports).prepare()
+    except CycleError as error:
+        return error.args[1]
+    return []
+
+
+def test_no_files_import_each_other():
+    sources = {module: (file.read_text("utf-8"), file.name == "__init__.py") for module, file in modules()}
+    assert not circle(graph(sources))
+
+
+def test_a_circle_is_caught():
+    sources = {"a": ("def f():\n    import b.c", False), "b": ("", True), "b.c": ("from a import f", False)}
+    assert {"a", "b.c"} <= set(circle(graph(sources)))
+    assert not circle(graph({**sources, "a": ("import b", False)}))
+
+
+def test_no_folder_is_too_full():
+    files = [file for top in SOURCES for file in (ROOT / top).rglob("*.py")]
+    counts = Counter(file.parent.relative_to(ROOT) for file in files if "node_modules" not in file.parts)
+    assert not {str(folder): count for folder, count in counts.items() if count > MOST_FILES}
+
+
 @pytest.mark.parametrize(
     ("module", "source"),
     [
@@ -119,7 +164,7 @@ def test_a_violation_is_caught(module, source):
 @pytest.mark.parametrize(
     ("module", "source"),
     [
-        ("jaxsat.cli.fit.command", "from fitting.estimate import fit_session"),
+        ("jaxsat.cli.fit.command", "from fitting.run import fit"),
         (
             "fitting.measurements.problem",
             "from jaxsat.sensors.solar_panels import currents\nfrom .transforms import exp",

@@ -43,19 +43,20 @@ def peer() -> tuple[float, np.ndarray]:
     """Time [s] of the cases in numba, on one core, and first capture, last capture and mode of each."""
     from models.earth_search_numba import all_cases
 
-    from jaxsat.control.earth_search.draw import SearchDraw, draw_cases
-    from jaxsat.control.earth_search.vehicle import search_craft, search_law
+    from jaxsat.control.earth_search.draw import Dispersions, draw_cases
+    from jaxsat.control.earth_search.law import search_law
+    from jaxsat.control.earth_search.vehicle import nominal_vehicle
     from jaxsat.sweep import case_keys
 
-    cases = draw_cases(SearchDraw(even=True), case_keys(SEED, np.arange(PEER_CASES)))
-    law, craft = search_law(), search_craft()
+    cases = draw_cases(Dispersions(even=True), case_keys(SEED, np.arange(PEER_CASES)))
+    law, vehicle = search_law(), nominal_vehicle()
     names = ("search_rate", "approach_rate", "track_rate", "search_turn", "track_gain", "drift_gain")
     motion = (cases.quaternion, cases.angular_velocity, cases.up, cases.along, cases.orbital_rate)
     given: tuple[Any, ...] = (
         *(np.array(x) for x in (*motion, cases.scene.disk, cases.scene.brightness)),
         np.array([*(float(getattr(law, name)) for name in names), *law.search_direction]),
-        tuple(float(getattr(craft.sensor, name)) for name in ("cone_angle", "amplitude", "threshold")),
-        (float(craft.acceleration), float(craft.lag)),
+        tuple(float(getattr(vehicle.sensor, name)) for name in ("cone_angle", "amplitude", "threshold")),
+        (float(vehicle.acceleration), float(vehicle.lag)),
         4.0,
     )
     run: Any = all_cases

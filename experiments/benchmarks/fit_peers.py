@@ -23,17 +23,20 @@ from scipy.optimize import least_squares
 
 from fitting.measurements.observations import build_problem
 from fitting.measurements.problem import RATE_UNIT
+from fitting.parameters.nominal import nominal_model
 from fitting.parameters.parametrization import parametrization
+from fitting.session import prepare_session
+from fitting.settings import FitSettings
 from fitting.solvers.descent import adam, lbfgs
 from fitting.solvers.least_squares import levenberg_marquardt
 from fitting.solvers.refine import PLAIN
 from fitting.starts.first_guesses import random_starts
 from fitting.starts.multi_start import Stage, Starts, _settings, advance, grow, solve
 from fitting.starts.schedule import arc_schedule
-from jaxsat.cli.session.inputs import fit_settings, nominal, observations
-from jaxsat.cli.session.prepared import BUNDLED, prepare_session
-from jaxsat.cli.settings.files import load_config
+from jaxsat.bundled import BUNDLED
 from jaxsat.integrators import RK4, step_for
+from jaxsat.satellites import read_satellite
+from jaxsat.telemetry import read_telemetry
 
 FINE_STEP = 16.0
 """Integration step of part A [s]."""
@@ -56,13 +59,13 @@ class Job:
         truth = json.loads(BUNDLED.with_suffix(".truth.json").read_text())
         cfg = truth["cfg"]
         known = {"spacecraft.imax_mA": cfg["imax"], "albedo.specular": cfg["albedo_specular"]}
-        config = load_config(None, {"fit.free": "magnet,rods,inertia", **known})
-        prepared = prepare_session(BUNDLED, config)
-        data = observations(prepared.session, prepared.orbit_fit, config)
-        settings = fit_settings(config)
+        satellite, settings = read_satellite(changed=known), FitSettings(free="magnet,rods,inertia")
+        data = prepare_session(read_telemetry(BUNDLED, satellite)).observations()
         noise = 1e-3 * settings.reading_sigma_mA
         self.problem = problem = build_problem(data, noise=noise, max_step=max_step)
-        self.parameters = parameters = parametrization(nominal(config), settings.free, settings.prior)
+        self.parameters = parameters = parametrization(
+            nominal_model(satellite), settings.free_names, settings.prior_sigma
+        )
         self.lit, agree = problem.bright() & problem.sunlit(), problem.bright() == problem.sunlit()
         self.weight = np.repeat((np.asarray(problem.valid) & agree).astype(float)[:, None], 6, axis=1)
         self.last = len(data.t) - 1

@@ -109,17 +109,16 @@ def other_programs(count: int) -> dict:
     import jax.numpy as jnp
 
     from fitting.orbit.orbit_fit import fit_without_doubtful, states
-    from jaxsat.cli.settings.files import load_config
-    from jaxsat.synthetic.files import write_simulation
-    from jaxsat.synthetic.session import make_session
     from jaxsat.environment import KeplerOrbit, ephemeris
     from jaxsat.sensors import mirror_currents, polygon_panels
-    from jaxsat.time import Epoch
+    from jaxsat.synthetic.files import write_simulation
+    from jaxsat.synthetic.session import SessionPlan, make_session
+    from jaxsat.synthetic.settings import SimulationSettings
 
     t = 6.4 * np.arange(count)
-    config = load_config(None, {"simulate.sampling_s": 6.4, "simulate.duration_s": 6.4 * (count - 0.5)})
-    session = make_session(config, None)
-    truth, epoch = session.truth, Epoch.from_iso(config.simulate.epoch_utc)
+    plan = SessionPlan(SimulationSettings(sampling_s=6.4, duration_s=6.4 * (count - 0.5)))
+    session = make_session(plan)
+    truth, epoch = session.truth, session.epoch
     square = 0.1 * np.array([[1, -1, -1], [1, 1, -1], [1, 1, 1], [1, -1, 1]])
     faces = polygon_panels([s * np.roll(square, k, 1)[::s] for k in range(3) for s in (1, -1)], 6.0)
     mirror = jax.jit(jax.vmap(lambda q, r, sun: mirror_currents(q, faces, r, sun, 6371e3)))
@@ -130,14 +129,14 @@ def other_programs(count: int) -> dict:
 
     def write():
         with tempfile.TemporaryDirectory() as directory:
-            write_simulation(Path(directory), session, config, plots=False)
+            write_simulation(Path(directory), session, plan, plots=False)
 
     return {
         "six outlines (mirrKub)": lambda: jax.block_until_ready(mirror(*seen)),
         "almanac (God_ads)": lambda: ephemeris(epoch, t),
         "almanac, hourly": lambda: ephemeris(epoch, 3600.0 * np.arange(count)),
         "elements, twice (raw_Or)": lambda: fit_without_doubtful(t, *noisy),
-        "simulation (Orfs)": lambda: make_session(config, None),
+        "simulation (Orfs)": lambda: make_session(plan),
         "its files": write,
     }
 

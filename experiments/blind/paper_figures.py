@@ -21,14 +21,15 @@ from rich.progress import track
 from scipy.spatial.transform import Rotation
 from surroundings import apparent_sun, greenwich_angle, kepler, magnetic_field
 
-from fitting.estimate import fit
+from fitting.estimate import estimate
 from fitting.measurements.observations import Observations
 from fitting.outcome.result import FitResult
-from jaxsat.cli.session.inputs import fit_settings, nominal
-from jaxsat.cli.settings.files import load_config
+from fitting.parameters.nominal import nominal_model
+from fitting.settings import AdaptiveRules, FitSettings
 from jaxsat.constants import EARTH_MU, EARTH_RADIUS_MEAN, EARTH_ROTATION_RATE
 from jaxsat.environment import igrf_field, orbit_from_elements_km_deg
 from jaxsat.plotting.style import INK, dress, new_figure
+from jaxsat.satellites import read_satellite
 from jaxsat.time import Epoch
 
 jax.config.update("jax_enable_x64", True)
@@ -36,9 +37,10 @@ jax.config.update("jax_enable_x64", True)
 SHOWN = ("rods", "imax", "magnet")
 BODY = ("xx", "yy", "zz", "xy", "xz", "yz")
 WAYS = {
-    "paper": {"fit.adaptive": {"on": True}},
-    "ours": {"albedo.specular": 0.3},
+    "paper": (AdaptiveRules(on=True), {}),
+    "ours": (AdaptiveRules(), {"albedo.specular": 0.3}),
 }
+"""Rules of the weights, and what of the nominal satellite is other than in the setting."""
 
 
 def truth_of(setting: Setting) -> dict[str, Any]:
@@ -69,7 +71,9 @@ def measured(truth: dict[str, Any], setting: Setting, noise_mA: float, seed: int
 def fitted(truth: dict[str, Any], currents_mA: np.ndarray, setting: Setting, way: str) -> FitResult:
     """The fit of the setting's arc."""
     free = setting.free + (",albedo.specular" if way == "ours" else "")
-    config = load_config(overrides={"fit.free": free, "fit.quantum_mA": 0.0, **WAYS[way], **setting.nominal})
+    adaptive, changed = WAYS[way]
+    settings = FitSettings(free=free, quantum_mA=0.0, adaptive=adaptive)
+    satellite = read_satellite(changed={**changed, **setting.nominal})
     cfg, start = truth["cfg"], dt.datetime.fromisoformat(truth["cfg"]["start"])
     e = cfg["elements"]
     motion = np.sqrt(EARTH_MU / e["a"] ** 3)
@@ -90,7 +94,7 @@ def fitted(truth: dict[str, Any], currents_mA: np.ndarray, setting: Setting, way
         earth_radius=EARTH_RADIUS_MEAN,
         sun_eci=apparent_sun(start, t),
     )
-    return fit(samples, nominal(config), fit_settings(config))
+    return estimate(samples, nominal_model(satellite), settings)
 
 
 def principal(values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:

@@ -41,7 +41,7 @@ START_DEG = 12.0
 
 @dataclass(frozen=True)
 class Setting:
-    """One figure: `truth` changes the true satellite, `nominal` the assumed one, keys as in the configuration."""
+    """One figure: `truth` changes the true satellite, `nominal` the assumed one, keys as in a satellite file."""
 
     figures: str
     free: str

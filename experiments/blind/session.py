@@ -9,19 +9,21 @@ from typing import Any
 import numpy as np
 from generate import MAX_SPIN_DEG_S, regime_of, session_file
 
-from fitting.estimate import FINE_TOLERANCE, FitSettings
+from fitting.estimate import FINE_TOLERANCE
 from fitting.measurements.observations import Observations, build_problem
 from fitting.measurements.problem import RATE_UNIT, Problem
 from fitting.outcome.result import FitResult
 from fitting.outcome.summary import summarize
 from fitting.parameters.names import DYNAMIC, GAINS, MAGNET, MODEL, TILTS, TO_UNIT
-from fitting.parameters.parametrization import Nominal, parametrization
+from fitting.parameters.nominal import Nominal, nominal_model
+from fitting.parameters.parametrization import parametrization
+from fitting.session import prepare_session
+from fitting.settings import FitSettings
 from fitting.solvers.refine import refine
 from fitting.starts.multi_start import Starts
-from jaxsat.cli.session.inputs import fit_settings, nominal, observations
-from jaxsat.cli.session.prepared import prepare_session
-from jaxsat.cli.settings.files import load_config
 from jaxsat.integrators import RK4, step_for
+from jaxsat.satellites import read_satellite
+from jaxsat.telemetry import read_telemetry
 
 EVERYTHING = "magnet,rods,imax,inertia,albedo"
 
@@ -49,15 +51,12 @@ def blind_session(number: int, cache: Path, *, hard: bool) -> BlindSession:
     path = session_file(number, cache, hard=hard)
     truth = json.loads(path.with_suffix(".truth.json").read_text())
     regime = regime_of(number)
-    given: dict[str, object] = {"fit.free": EVERYTHING + (",gains" if hard else "")}
-    if regime < len(MAX_SPIN_DEG_S):
-        given["fit.max_rate_deg_s"] = MAX_SPIN_DEG_S[regime]
-    config = load_config(overrides=given)
-    prepared = prepare_session(path, config)
+    known = {"max_rate_deg_s": MAX_SPIN_DEG_S[regime]} if regime < len(MAX_SPIN_DEG_S) else {}
+    settings = FitSettings(free=EVERYTHING + (",gains" if hard else "")).changed(**known)
+    prepared = prepare_session(read_telemetry(path))
     epoch = dt.datetime.fromisoformat(prepared.session.epoch.iso(3))
     offset = (epoch.replace(tzinfo=None) - dt.datetime.fromisoformat(truth["cfg"]["start"])).total_seconds()
-    samples = observations(prepared.session, prepared.orbit_fit, config)
-    return BlindSession(number, samples, nominal(config), fit_settings(config), truth, offset)
+    return BlindSession(number, prepared.observations(), nominal_model(read_satellite()), settings, truth, offset)
 
 
 def true_values(cfg: dict[str, Any], given: Nominal) -> dict[str, float]:
@@ -106,7 +105,7 @@ def problem_of(session: BlindSession, step: float, begin: int = 0) -> tuple[Obse
 def true_start(session: BlindSession, t_first: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The truth as a start at time `t_first` of the observations: unknowns with all parameters, attitude, rate."""
     k = int(session.true_index(np.array([t_first]))[0])
-    parameters = parametrization(session.nominal, session.settings.free, session.settings.prior)
+    parameters = parametrization(session.nominal, session.settings.free_names, session.settings.prior_sigma)
     values = true_values(session.truth["cfg"], session.nominal)
     q, w = np.array(session.truth["q"][k]), np.array(session.truth["w"][k])
     shift = parameters.shifts(np.array([values[name] for name in MODEL]))
@@ -123,7 +122,7 @@ def fit_from_truth(session: BlindSession) -> FitResult:
     spin = float(np.linalg.norm(session.truth["w"], axis=1).max())
     fastest = min(1.3 * spin + 1e-3, 2.0 * np.radians(session.settings.max_rate_deg_s))
     samples, problem, use = problem_of(session, step_s(session, fastest, FINE_TOLERANCE))
-    parameters = parametrization(session.nominal, session.settings.free, session.settings.prior)
+    parameters = parametrization(session.nominal, session.settings.free_names, session.settings.prior_sigma)
     x, q, _ = true_start(session, float(samples.t[0]))
     start = Starts(x[None], q[None], np.zeros(1))
     refined = refine(problem, parameters, start, use, likelihood=session.settings.likelihood, progress=_silent)
@@ -172,7 +171,7 @@ def truncated_cost(session: BlindSession, result: FitResult, limit: float = 30.0
     noise_mA = settings.reading_sigma_mA
     used = (result.measured_mA.max(axis=1) > 3.0 * noise_mA) == result.lit
     squares = (((result.modelled_mA - result.measured_mA) / noise_mA) ** 2).sum(axis=1)
-    parameters = parametrization(session.nominal, settings.free, settings.prior)
+    parameters = parametrization(session.nominal, settings.free_names, settings.prior_sigma)
     value = {p.name: p.value / TO_UNIT.get(p.name, 1.0) for p in result.parameters}
     shift = parameters.shifts(np.array([value.get(name, 0.0) for name in MODEL]))
     return float(np.minimum(squares, limit)[used].sum() + shift @ shift)

@@ -28,7 +28,7 @@ def run(number: int, cache: Path, *, hard: bool) -> dict[str, Any]:
     # JAX is set up before anything of it is imported.
     from session import blind_session, compare, fit_from_truth, truncated_cost
 
-    from fitting.estimate import fit
+    from fitting.estimate import estimate
     from jaxsat.errors import InputError
 
     session = blind_session(number, cache, hard=hard)
@@ -37,7 +37,7 @@ def run(number: int, cache: Path, *, hard: bool) -> dict[str, Any]:
     row["lit"] = int(np.sum(session.truth["lit"]))
     began = time.perf_counter()
     try:
-        result = fit(session.observations, session.nominal, session.settings)
+        result = estimate(session.observations, session.nominal, session.settings)
     except InputError as error:
         return row | {
             "status": "refused",

@@ -34,7 +34,7 @@ def trace(number: int, cache: Path, *, hard: bool, seed: int = 0, starts: int = 
     session = blind_session(number, cache, hard=hard)
     max_rate = np.radians(session.settings.max_rate_deg_s)
     samples, problem, use = problem_of(session, step_s(session, max_rate, COARSE_TOLERANCE))
-    parameters = parametrization(session.nominal, session.settings.free, session.settings.prior)
+    parameters = parametrization(session.nominal, session.settings.free_names, session.settings.prior_sigma)
     usable = (problem.bright() & problem.sunlit())[: len(samples.t)]
     begin = longest_stretch(samples.t, usable)
     if begin > 0:
@@ -61,7 +61,7 @@ def trace(number: int, cache: Path, *, hard: bool, seed: int = 0, starts: int = 
     lines = [
         f"session {number}: {spin:.2f} deg/s at the first lit sample, {int(usable.sum())} lit, begins at sample {begin}"
     ]
-    for index, stage in enumerate(arc_schedule(usable, len(samples.t) - 1, session.settings.free)):
+    for index, stage in enumerate(arc_schedule(usable, len(samples.t) - 1, session.settings.free_names)):
         arc_s = float(samples.t[stage.last_sample] - samples.t[0])
         entering = points.take(np.arange(min(stage.keep, len(points.cost))))
         nearest = float(apart(entering, truth, arc_s).min())

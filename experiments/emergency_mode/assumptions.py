@@ -22,8 +22,8 @@ import numpy as np
 if TYPE_CHECKING:
     from jaxsat.control.emergency_mode.law import EmergencyLaw
     from jaxsat.control.emergency_mode.orbit import Flight
+    from jaxsat.control.emergency_mode.rotating_panels import PanelAngle
     from jaxsat.control.emergency_mode.vehicle import EmergencyVehicle
-    from jaxsat.control.rotating_panels import PanelAngle
 
 OFF_DEG, ORBITS = 11.0, 4
 OTHER_START = (2018, 6, 13)
@@ -146,7 +146,7 @@ class Study:
         begin, off, rate = transition_start(case.flight, OFF_DEG, case.side)
         around = leg(case.flight, begin, ORBITS * orbit, panels=case.panels)
         start = first_state(around, off, rate, vehicle)
-        state, samples = self.simulate(case.law, ALWAYS_ON, vehicle, around, start, jax.random.key(0))
+        state, samples = self.simulate(ALWAYS_ON, case.law, vehicle, around, start, jax.random.key(0))
         self.settled = eqx.tree_at(lambda s: s.active, state, jnp.asarray(False)), begin + ORBITS * orbit
         error = angle_deg(samples)
         return {
@@ -157,12 +157,12 @@ class Study:
 
     def _daily(self, case: Case, vehicle: "EmergencyVehicle") -> np.ndarray:
         """Largest angle of each day without control [deg]."""
-        from jaxsat.control.emergency_mode.cases import run_years
         from jaxsat.control.emergency_mode.loop import ALWAYS_OFF
+        from jaxsat.control.emergency_mode.years import run_years
 
         state, first = self.settled
         periods = int(self.days * 5400)
-        run = run_years(case.law, ALWAYS_OFF, vehicle, case.flight, state, periods, first=first, panels=case.panels)
+        run = run_years(ALWAYS_OFF, case.law, vehicle, case.flight, state, periods, first=first, panels=case.panels)
         return np.array([angle_deg(samples).max() for _, samples in run])
 
 

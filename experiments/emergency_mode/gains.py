@@ -65,7 +65,7 @@ def main() -> None:
         law, cases = law_of(parameters), draw_cases(spread, around, keys)
 
         def one(case):
-            _, samples = run_leg(law, ALWAYS_ON, case.vehicle, around, case.state, case.key)
+            _, samples = run_leg(ALWAYS_ON, law, case.vehicle, around, case.state, case.key)
             square = jnp.sum(samples.error**2, axis=1)
             degrees = jnp.degrees(jnp.sqrt(square + math.radians(1e-3) ** 2))
             settling = 16.0 * jnp.sum(square / (square + math.radians(SOFT_DEG) ** 2))

@@ -77,14 +77,15 @@ def main() -> None:
     from jaxsat.numerics import set_up_jax
 
     set_up_jax()
-    from jaxsat.control.emergency_mode.cases import QUIET, run_leg, run_years
+    from jaxsat.control.emergency_mode.cases import run_leg
     from jaxsat.control.emergency_mode.law import EmergencyLaw
     from jaxsat.control.emergency_mode.loop import ALWAYS_OFF, ALWAYS_ON, Supervisor, first_state
     from jaxsat.control.emergency_mode.orbit import SunFollowing, fly, leg, orbital_period
+    from jaxsat.control.emergency_mode.rotating_panels import PanelSlew
     from jaxsat.control.emergency_mode.start import transition_start
     from jaxsat.control.emergency_mode.vehicle import CONTROL_PERIOD_S, nominal_vehicle, outer_surface
+    from jaxsat.control.emergency_mode.years import QUIET, run_years
     from jaxsat.control.magnetic_actuator import actuator_dipole
-    from jaxsat.control.rotating_panels import PanelSlew
 
     options = {"turn_on_deg": arguments.turn_on_deg, "pressure_centre_m": arguments.pressure_centre_m}
     options |= {"panels": arguments.panels, "off_deg": OFF_DEG}
@@ -110,7 +111,7 @@ def main() -> None:
         panels = {"fixed": None, "slew": slew, "sun": SunFollowing(flight)}[arguments.panels]
         around = leg(flight, begin, length, panels=panels)
         start = first_state(around, off, rate, vehicle)
-        return *simulate(law, ALWAYS_ON, vehicle, around, start, key, actuator=actuator), begin
+        return *simulate(ALWAYS_ON, law, vehicle, around, start, key, actuator=actuator), begin
 
     settled, samples, begin = timed("transition", lambda: transition("coming", actuator_dipole))
     going, printed = transition("going", actuator_dipole)[1], angle_deg(transition("coming", as_printed)[1])
@@ -147,7 +148,7 @@ def main() -> None:
         tally = (jnp.asarray(False), jnp.asarray(0.0), jnp.asarray(0.0))
         state = eqx.tree_at(lambda s: (s.active, s.activations, s.impulse), settled, tally)
         parts = []
-        mission = run_years(law, supervisor, vehicle, flight, state, periods, first=first, key=key, panels=panels)
+        mission = run_years(supervisor, law, vehicle, flight, state, periods, first=first, key=key, panels=panels)
         for after, part in mission:
             state = after
             parts.append((angle_deg(part), np.degrees(part.error), np.degrees(part.tilt), part.active))

@@ -27,19 +27,19 @@ def slew(estimator: "Estimator"):
     import jax
     import jax.numpy as jnp
 
-    from jaxsat.control.attitude_error import turn_toward
     from jaxsat.control.sun_pointing.cases import Cases, run_one
     from jaxsat.control.sun_pointing.law import SunPointingLaw
     from jaxsat.control.sun_pointing.loop import LoopSettings
     from jaxsat.control.sun_pointing.vehicle import BODY_FROM_INSTRUMENT, nominal_vehicle
+    from jaxsat.math import quaternion
 
     view, azimuth = np.radians(VIEW_DEG), np.radians(AZIMUTH_DEG)
     sun = np.array([np.cos(view), np.sin(view) * np.cos(azimuth), np.sin(view) * np.sin(azimuth)])
     sun_eci = jnp.array([1.0, 0.0, 0.0])
-    q = turn_toward(jnp.asarray(BODY_FROM_INSTRUMENT @ sun), sun_eci)
-    case = Cases(q[None], jnp.zeros((1, 3)), nominal_vehicle(), jax.random.key(0)[None])
+    q = quaternion.shortest_turn(jnp.asarray(BODY_FROM_INSTRUMENT @ sun), sun_eci)
+    cases = Cases(q[None], jnp.zeros((1, 3)), nominal_vehicle(), jax.random.key(0)[None])
     settings = LoopSettings(estimator=estimator)
-    return jax.device_get(jax.jit(lambda case: run_one(settings, SunPointingLaw(), case, sun_eci, PERIODS))(case))[1]
+    return jax.device_get(jax.jit(lambda cases: run_one(settings, SunPointingLaw(), cases, sun_eci, PERIODS))(cases))[1]
 
 
 def angles_deg(v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

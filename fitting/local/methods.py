@@ -12,7 +12,7 @@ from fitting.measurements.observations import Observations, tabulate
 from fitting.session import PreparedSession
 from jaxsat.errors import InputError
 from jaxsat.satellites import SatelliteNumbers
-from jaxsat.satellites.assembly import assembled
+from jaxsat.satellites.assembly import assembled_panels
 from jaxsat.sensors import Albedo
 
 Method = Literal["field-roll", "five-parameter", "sun-field"]
@@ -44,12 +44,11 @@ def local_samples(
         observed.sun_eci,
     )
     mirror = earth == "mirror"
-    craft, _ = assembled(satellite)
     return observed, LocalSamples(
         observed.currents,
         np.asarray(table.b_field_eci),
         mirror_light(light) if mirror else light,
-        craft.panels,
+        assembled_panels(satellite),
         mirror_earth() if mirror else Albedo(jnp.asarray(0.0), jnp.asarray(1.0)),
         1e-3 * noise_mA,
     )

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.local.shares import LocalFit, bounded_factors, explained, mirror_earth
-from fitting.local.turn import turn_about
+from fitting.local.turn import panel_sinusoids
 from jaxsat.environment import LightTable
 from jaxsat.math import cross, quaternion, unit
 from jaxsat.sensors.solar_panels import Albedo
@@ -99,11 +99,11 @@ def roll_minima(
     step = 2.0 * np.pi / COARSE_ROLLS
     x_body = jnp.array([1.0, 0.0, 0.0], dtype=measured.dtype)
 
-    def turn(sign):
+    def over_roll(sign):
         base = field_aligned(b_field_eci, jnp.zeros_like(sign), sign)
-        return turn_about(base, x_body, panels, earth, light)
+        return panel_sinusoids(base, x_body, panels, earth, light)
 
-    turns = [turn(sign) for sign in signs]
+    turns = [over_roll(sign) for sign in signs]
     coarse = step * jnp.arange(COARSE_ROLLS, dtype=measured.dtype)
     cosines, sines = jnp.cos(coarse), jnp.sin(coarse)
     found = jnp.stack([turn.squares(cosines, sines, measured, max_albedo) for turn in turns])

@@ -17,7 +17,7 @@ from jaxsat.sensors.solar_panels import Albedo
 from jaxsat.spacecraft import SolarPanels
 
 
-class Turn(eqx.Module):
+class PanelSinusoids(eqx.Module):
     """Cosines of panels to lights as constant + cosine cos(angle) + sine sin(angle), times the strengths; Sun first."""
 
     constant: Float[Array, "lights panels"]
@@ -52,14 +52,14 @@ class Turn(eqx.Module):
         return jnp.maximum(measured @ measured - (a * fm + b * sm), zero)
 
 
-def turn_about(
+def panel_sinusoids(
     q_inertial_from_body: Float[Array, "4"],
     axis_body: Float[Array, "3"],
     panels: SolarPanels,
     earth: Albedo,
     light: LightTable,
-) -> Turn:
-    """The turn from an attitude about a unit vector of the body, positive by the right hand; see `turned`."""
+) -> PanelSinusoids:
+    """Those of a turn from an attitude about a unit vector of the body, right-handed as in `attitude_after`."""
     normals = panels.normals @ quaternion.to_dcm(q_inertial_from_body).T
     axis = quaternion.rotate(q_inertial_from_body, axis_body)
     toward = jnp.concatenate([light.sun_eci[None], light.specular_direction_eci[None], light.diffuse_direction_eci])
@@ -74,10 +74,10 @@ def turn_about(
     at_zero = toward @ normals.T
     quarter = toward @ cross(jnp.broadcast_to(axis, normals.shape), normals).T
     scale = strength[:, None] * (panels.max_current * panels.gains)[None]
-    return Turn(scale * along_axis, scale * (at_zero - along_axis), scale * quarter)
+    return PanelSinusoids(scale * along_axis, scale * (at_zero - along_axis), scale * quarter)
 
 
-def turned(
+def attitude_after(
     q_inertial_from_body: Float[Array, "4"], axis_eci: Float[Array, "3"], angle: Float[Array, ""]
 ) -> Float[Array, "4"]:
     """The attitude after the satellite has turned by `angle` [rad] about an inertial unit vector, right-handed.
@@ -128,7 +128,7 @@ def turned_sample(
     base, axis = initial_attitude(axis_eci, axis_body), unit(axis_eci)
 
     def at(angle):
-        q = turned(base, axis, angle)
+        q = attitude_after(base, axis, angle)
         fit = explained(q, measured, panels, earth, light, max_albedo)
         direct, albedo = patterns(q, panels, earth, light)
         field_body = quaternion.rotate_inverse(q, b_field_eci)

@@ -9,14 +9,12 @@ import numpy as np
 from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.limb import LimbAngles
 from fitting.measurements.problem import PAD_SAMPLES, PAD_STEPS, Problem
-from fitting.stored import Stored, hollow
+from fitting.stored import Stored
 from jaxsat.environment import (
     AbstractMagneticField,
     CylinderShadow,
     DiffuseAlbedo,
     KeplerOrbit,
-    LightTable,
-    OrbitTable,
     SpecularAlbedo,
     tabulate_light,
     tabulate_orbit,
@@ -70,7 +68,7 @@ def _tabulate(orbit, field, greenwich, rate, radius, node_times, sample_times, s
     return tabulate_orbit(orbit, node_times, field, greenwich, rate), light
 
 
-tabulate = Stored(_tabulate, lambda: (hollow(OrbitTable), hollow(LightTable)))
+tabulate = Stored(_tabulate)
 
 
 def _layout(

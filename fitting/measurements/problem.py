@@ -16,9 +16,9 @@ from jaxsat.dynamics import AttitudeState
 from jaxsat.environment import LightTable, OrbitTable
 from jaxsat.integrators import BLOCK, StepGrid
 from jaxsat.math import quaternion
-from jaxsat.sensors.solar_panels import panel_currents
-from jaxsat.simulate import simulate_on_grid
-from jaxsat.spacecraft import SolarPanels
+from jaxsat.sensors.solar_panels import Albedo, panel_currents
+from jaxsat.simulate import Trajectory, simulate_on_grid
+from jaxsat.spacecraft import SolarPanels, Spacecraft
 
 PAD_SAMPLES = 16
 PAD_STEPS = 64
@@ -75,6 +75,90 @@ class Prediction(eqx.Module):
     """Small rotation in body axes [rad] for a unit change of each unknown."""
 
 
+class _Linear(eqx.Module):
+    """The model to first order about one `x`, which is all that a Jacobian asks: once, and not in each of the loops."""
+
+    spacecraft: Spacecraft
+    panels: SolarPanels
+    values: tuple
+    """What moves the satellite, and what its panels report: currents, albedo and, where they may tilt, normals."""
+    slopes: tuple
+    """Of the values by the model's unknowns, those that move the satellite in front."""
+    moving: int = eqx.field(static=True)
+    """How many of them do."""
+
+    def moved(self, shift: Float[Array, " moving"]) -> Spacecraft:
+        """The satellite with its own unknowns changed."""
+        return eqx.tree_at(_mechanical, self.spacecraft, _shifted(self.values[0], self.slopes[0], shift, 0))
+
+    def seen(self, shift: Float[Array, " fixed"]) -> tuple[SolarPanels, Albedo]:
+        """Panels and albedo with the sensor's unknowns changed."""
+        values = _shifted(self.values[1], self.slopes[1], shift, self.moving)
+        max_current, gains, albedo, *normals = values
+        return SolarPanels(normals[0] if normals else self.panels.normals, max_current, gains), albedo
+
+
+def _mechanical(spacecraft):
+    return spacecraft.inertia, spacecraft.magnet, spacecraft.rods.moments
+
+
+def _shifted(values, slopes, shift, first):
+    """Values after a change of those unknowns of which number `first` is the first."""
+    columns = slice(first, first + shift.shape[0])
+    return jax.tree.map(lambda value, slope: value + slope[..., columns] @ shift, values, slopes)
+
+
+def _linear(parameters: Parametrization, x_model: Float[Array, " free"]) -> _Linear:
+    def model(x_model):
+        craft, panels, albedo = build_model(parameters.values(x_model), jnp.asarray(parameters.reference_field))
+        tilted = [panels.normals] if set(TILTS) & set(parameters.free) else []
+        return (_mechanical(craft), (panels.max_current, panels.gains, albedo, *tilted)), (craft, panels)
+
+    values, (craft, panels) = model(x_model)
+    slopes = jax.jacfwd(lambda x_model: model(x_model)[0])(x_model)
+    return _Linear(craft, panels, values, slopes, sum(name in DYNAMIC for name in parameters.free))
+
+
+def _motion(
+    problem: Problem,
+    model: _Linear,
+    moving: Float[Array, " moving"],
+    reference: Float[Array, "4"],
+    blocks: Int[Array | np.ndarray, ""],
+) -> tuple[Trajectory, Float[Array, "samples 3 moving"]]:
+    """Motion by the state and the dynamic parameters, carried through the integration in forward mode.
+
+    With it the small rotation in body axes [rad] for a unit change of each of them.
+    """
+
+    def motion(unknowns):
+        spacecraft = model.moved(unknowns[len(STATE) :] - moving[len(STATE) :])
+        q0 = quaternion.multiply(reference, quaternion.from_rotation_vector(unknowns[:3]))
+        initial = AttitudeState(q0, unknowns[3:6] * RATE_UNIT)
+        trajectory = simulate_on_grid(spacecraft, initial, problem.orbit, problem.grid, blocks=blocks)
+        return trajectory.quaternion, trajectory
+
+    tangents, trajectory = jax.jacfwd(motion, has_aux=True)(moving)
+    q = trajectory.quaternion
+    # q' = q (0, r/2): the rotation r in body axes that each unit tangent of q stands for.
+    product = jax.vmap(lambda p: quaternion.multiply(quaternion.conjugate(q), p), in_axes=-1, out_axes=-1)
+    return trajectory, 2.0 * product(tangents)[:, 1:]
+
+
+def _currents(
+    model: _Linear, fixed: Float[Array, " fixed"], q: Float[Array, "4"], light: LightTable
+) -> tuple[Float[Array, "6"], Float[Array, "6 3"], Float[Array, "6 fixed"]]:
+    """Currents at one sample [A], and their slopes by a small rotation in body axes and by the sensor's unknowns."""
+
+    def currents(turn, unknowns):
+        panels, albedo = model.seen(unknowns - fixed)
+        modelled = panel_currents(quaternion.multiply(q, quaternion.from_rotation_vector(turn)), panels, albedo, light)
+        return modelled, modelled
+
+    slopes, modelled = jax.jacfwd(currents, argnums=(0, 1), has_aux=True)(jnp.zeros(3, dtype=q.dtype), fixed)
+    return modelled, *slopes
+
+
 def predict_blocks(
     problem: Problem,
     parameters: Parametrization,
@@ -93,58 +177,10 @@ def predict_blocks(
     Only the state and the dynamic parameters are carried through the integration in forward mode; the sensor's own
     parameters and the attitude at each sample enter by the chain rule.
     """
-    free_dynamic = [name for name in parameters.free if name in DYNAMIC]
-    n_moving = len(STATE) + len(free_dynamic)
-    moving, fixed = x[:n_moving], x[n_moving:]
-
-    def model(x_model):
-        craft, albedo = build_model(parameters.values(x_model), jnp.asarray(parameters.reference_field))
-        panels = craft.panels
-        optical = (
-            panels.max_current,
-            panels.gains,
-            albedo,
-            *([panels.normals] if set(TILTS) & set(parameters.free) else []),
-        )
-        return (craft.inertia, craft.magnet, craft.rods.moments), optical, craft
-
-    # Once, and not in the loops that follow: to first order, which is all that a Jacobian asks, these are linear.
-    mechanical, optical, craft = model(x[6:])
-    by_model = jax.jacfwd(lambda x_model: model(x_model)[:2])(x[6:])
-
-    def linear(there, slopes, shift, columns):
-        return jax.tree.map(lambda leaf, slope: leaf + slope[..., columns] @ shift, there, slopes)
-
-    def motion(moving):
-        moved = linear(mechanical, by_model[0], moving[6:] - x[6:n_moving], slice(n_moving - 6))
-        spacecraft = eqx.tree_at(lambda c: (c.inertia, c.magnet, c.rods.moments), craft, moved)
-        q0 = quaternion.multiply(reference, quaternion.from_rotation_vector(moving[:3]))
-        initial = AttitudeState(q0, moving[3:6] * RATE_UNIT)
-        trajectory = simulate_on_grid(spacecraft, initial, problem.orbit, problem.grid, blocks=blocks)
-        return trajectory.quaternion, trajectory
-
-    tangents, trajectory = jax.jacfwd(motion, has_aux=True)(moving)
-    q = trajectory.quaternion
-    # q' = q (0, r/2): the rotation r in body axes that each unit tangent of q stands for.
-    product = jax.vmap(lambda p: quaternion.multiply(quaternion.conjugate(q), p), in_axes=-1, out_axes=-1)
-    rotation = 2.0 * product(tangents)[:, 1:]
-
-    def currents(turn, fixed, q, light):
-        max_current, gains, albedo, *tilted = linear(
-            optical, by_model[1], fixed - x[n_moving:], slice(n_moving - 6, None)
-        )
-        panels = SolarPanels(tilted[0] if tilted else craft.panels.normals, max_current, gains)
-        turned = quaternion.multiply(q, quaternion.from_rotation_vector(turn))
-        modelled = panel_currents(turned, panels, albedo, light)
-        return modelled, modelled
-
-    def at_sample(q, light):
-        (by_turn, by_sensor), modelled = jax.jacfwd(currents, argnums=(0, 1), has_aux=True)(
-            jnp.zeros(3, dtype=q.dtype), fixed, q, light
-        )
-        return modelled, by_turn, by_sensor
-
-    limb = problem.limb
+    model = _linear(parameters, x[len(STATE) :])
+    moving, fixed = jnp.split(x, [len(STATE) + model.moving])
+    trajectory, rotation = _motion(problem, model, moving, reference, blocks)
+    q, limb = trajectory.quaternion, problem.limb
     sighted = (
         None if limb is None else (problem.orbit.position_eci[jnp.asarray(problem.grid.sample_node)], limb.measured)
     )
@@ -154,14 +190,7 @@ def predict_blocks(
         residual, carry = carry
         begin = number * PAD_SAMPLES
         part = jax.tree.map(lambda leaf: jax.lax.dynamic_slice_in_dim(jnp.asarray(leaf), begin, PAD_SAMPLES), inputs)
-        q, light, measured, rotation, sighted = part
-        modelled, by_turn, by_sensor = jax.vmap(at_sample)(q, light)
-        new = (modelled - measured, jnp.concatenate([by_turn @ rotation, by_sensor], axis=-1))
-        new = jax.tree.map(lambda block: block / problem.noise, new)
-        if limb is not None:
-            off, by_turn = limb_residuals(limb, q, *sighted)
-            more = (off, jnp.pad(by_turn @ rotation, ((0, 0), (0, 0), (0, fixed.shape[0]))))
-            new = jax.tree.map(lambda currents, angles: jnp.concatenate([currents, angles], axis=1), new, more)
+        new = _whitened(problem, model, fixed, *part)
         residual = jax.lax.dynamic_update_slice_in_dim(residual, new[0], begin, axis=0)
         return residual, visit(carry, new, begin)
 
@@ -178,6 +207,27 @@ def predict_blocks(
         rotation_jacobian=jnp.concatenate([rotation, padding], axis=-1),
     )
     return prediction, carry
+
+
+def _whitened(
+    problem: Problem,
+    model: _Linear,
+    fixed: Float[Array, " fixed"],
+    q: Float[Array, "block 4"],
+    light: LightTable,
+    measured: Float[Array, "block 6"],
+    rotation: Float[Array, "block 3 moving"],
+    sighted: tuple[Array, Array] | None,
+) -> tuple[Float[Array, "block channels"], Float[Array, "block channels unknowns"]]:
+    """Residuals of a block of samples over their noise, and their Jacobian by the chain rule."""
+    modelled, by_turn, by_sensor = jax.vmap(lambda q, light: _currents(model, fixed, q, light))(q, light)
+    new = (modelled - measured, jnp.concatenate([by_turn @ rotation, by_sensor], axis=-1))
+    new = jax.tree.map(lambda block: block / problem.noise, new)
+    if problem.limb is None or sighted is None:
+        return new
+    off, by_turn = limb_residuals(problem.limb, q, *sighted)
+    more = (off, jnp.pad(by_turn @ rotation, ((0, 0), (0, 0), (0, fixed.shape[0]))))
+    return jax.tree.map(lambda currents, angles: jnp.concatenate([currents, angles], axis=1), new, more)
 
 
 def predict(

@@ -1,1 +1,1 @@
-"""Orbit."""
+"""Orbital elements from positions."""

@@ -1,1 +1,1 @@
-"""Outcome."""
+"""What comes of a fit: result, uncertainty, diagnostics, profiles, posterior draws."""

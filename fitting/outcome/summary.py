@@ -48,15 +48,15 @@ def _describe(
 ) -> tuple[Array, ...]:
     """Named values and their derivatives by `x_model`; direct currents, field and its angle to x at samples."""
     named = parameters.named(x_model)
-    spacecraft, _ = build_model(named[: len(MODEL)], jnp.asarray(parameters.reference_field))
-    direct = jax.vmap(lambda q, light: direct_currents(q, spacecraft.panels, light))(q, problem.light)
+    _, panels, _ = build_model(named[: len(MODEL)], jnp.asarray(parameters.reference_field))
+    direct = jax.vmap(lambda q, light: direct_currents(q, panels, light))(q, problem.light)
     field_eci = problem.orbit.b_field_eci[jnp.asarray(problem.grid.sample_node)]
     field_body = jax.vmap(quaternion.rotate_inverse)(q, field_eci)
     x_axis = jnp.broadcast_to(jnp.array([1.0, 0.0, 0.0]), field_body.shape)
     return named, jax.jacfwd(parameters.named)(x_model), direct, field_body, angle_between(x_axis, field_body)
 
 
-describe = Stored(_describe, lambda: (0.0,) * 5)
+describe = Stored(_describe)
 
 
 def summarize(

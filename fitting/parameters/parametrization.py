@@ -35,8 +35,9 @@ from fitting.parameters.transforms import (
 )
 from fitting.settings import PriorSigma
 from jaxsat.errors import InputError
+from jaxsat.munin import munin_panels, munin_satellite
 from jaxsat.sensors.solar_panels import Albedo
-from jaxsat.spacecraft import MagneticRods, SolarPanels, Spacecraft, box_normals, symmetric_tensor, tilted
+from jaxsat.spacecraft import SolarPanels, Spacecraft
 
 FLAT = 0.05
 """Least principal second moment of mass over the mean one of a nominal body below which a prior sigma of its inertia
@@ -203,15 +204,17 @@ def parametrization(nominal: Nominal, free: tuple[str, ...], prior: PriorSigma) 
     )
 
 
-def build_model(values: Float[Array, " model"], reference_field: Float[Array, ""]) -> tuple[Spacecraft, Albedo]:
-    """The satellite and the Earth's reflectivity from values in the order of `MODEL`, SI."""
-    spacecraft = Spacecraft(
-        inertia=symmetric_tensor(values[INERTIA_SLICE]),
-        magnet=values[MAGNET_SLICE],
-        rods=MagneticRods(values[RODS_SLICE], jnp.eye(3, dtype=values.dtype)[1:], reference_field),
-        panels=SolarPanels(
-            tilted(box_normals(), values[TILTS_SLICE].reshape(6, 2)), values[MODEL.index("imax")], values[GAINS_SLICE]
-        ),
+def build_model(
+    values: Float[Array, " model"], reference_field: Float[Array, ""]
+) -> tuple[Spacecraft, SolarPanels, Albedo]:
+    """The satellite, the panels on it and the Earth's reflectivity from values in the order of `MODEL`, SI."""
+    panels = munin_panels(values[MODEL.index("imax")], values[GAINS_SLICE], values[TILTS_SLICE].reshape(6, 2))
+    spacecraft = munin_satellite(
+        values[INERTIA_SLICE],
+        values[MAGNET_SLICE],
+        values[RODS_SLICE],
+        reference_field=reference_field,
+        panels=panels,
     )
     specular, diffuse = (values[MODEL.index(name)] for name in ALBEDO)
-    return spacecraft, Albedo(specular, diffuse)
+    return spacecraft, panels, Albedo(specular, diffuse)

@@ -74,7 +74,7 @@ def _survey(orbit, field, greenwich, rate, radius, times, sun):
     return position, velocity, b_field, jax.vmap(line)(lines), *lit(ellipse, sun[0]), lit(edges, sun[1])[1]
 
 
-survey = Stored(_survey, lambda: (0.0,) * 7)
+survey = Stored(_survey)
 
 
 def look_around(prepared: PreparedSession, samples: Observations, *, at_once: bool) -> Callable[[], Sky]:

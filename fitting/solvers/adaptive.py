@@ -42,25 +42,24 @@ def _panel_light(
     problem: Problem, parameters: Parametrization, x: Float[Array, " unknowns"], q: Float[Array, "samples 4"]
 ) -> tuple[Array, ...]:
     values = parameters.values(x[len(STATE) :])
-    craft, _ = build_model(values, jnp.asarray(parameters.reference_field))
+    _, panels, _ = build_model(values, jnp.asarray(parameters.reference_field))
     mirror = Albedo(jnp.ones(()), jnp.zeros(()))
     at_samples = jnp.asarray(problem.grid.sample_node)
     radius_vector = problem.orbit.position_eci[at_samples]
     distance = jnp.sqrt(jnp.sum(radius_vector**2, axis=1))
 
     def at_sample(q, light, up):
-        normals = craft.panels.normals
         return (
-            direct_currents(q, craft.panels, light),
-            albedo_currents(q, craft.panels, mirror, light),
-            normals @ quaternion.rotate_inverse(q, light.sun_eci),
-            normals @ quaternion.rotate_inverse(q, up),
+            direct_currents(q, panels, light),
+            albedo_currents(q, panels, mirror, light),
+            panels.normals @ quaternion.rotate_inverse(q, light.sun_eci),
+            panels.normals @ quaternion.rotate_inverse(q, up),
         )
 
     return (*jax.vmap(at_sample)(q, problem.light, radius_vector / distance[:, None]), distance)
 
 
-panel_light = Stored(_panel_light, lambda: (0.0,) * 5)
+panel_light = Stored(_panel_light)
 """Arrays of `PanelLight` in order, and the distance from the Earth's centre [m] at each sample."""
 
 

@@ -5,10 +5,10 @@ from collections.abc import Callable
 import jax
 from jaxtyping import Array, Float
 
-from fitting.measurements.problem import Prediction, Problem
+from fitting.measurements.problem import Problem
 from fitting.parameters.parametrization import Parametrization
 from fitting.solvers.least_squares import Point, Settings, levenberg_marquardt
-from fitting.stored import Stored, hollow
+from fitting.stored import Stored
 
 EVALUATIONS = {"levenberg_marquardt": 1, "lbfgs": 20, "adam": 150}
 """The solvers, and how many evaluations each is given where Levenberg-Marquardt has one: more than it needs."""
@@ -40,4 +40,4 @@ def _solve_chunk(
     )
 
 
-solve_chunk = Stored(_solve_chunk, lambda: hollow(Point, prediction=hollow(Prediction)))
+solve_chunk = Stored(_solve_chunk)

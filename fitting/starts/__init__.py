@@ -1,1 +1,1 @@
-"""Starts."""
+"""First attitudes and rates, growing arcs, many starts at once."""

@@ -10,7 +10,7 @@ from fitting.measurements.problem import Problem
 from fitting.parameters.names import GAINS, MODEL
 from fitting.parameters.parametrization import GAINS_SLICE, Parametrization, build_model
 from fitting.stored import Stored
-from jaxsat.math import cross, quaternion, unit
+from jaxsat.math import quaternion, unit
 
 CLEARLY = 1.5
 """How much more of the Sun than its opposite shows a dead panel must be left with to be the one that faces it."""
@@ -63,15 +63,6 @@ def sun_direction_body(currents: Float[Array, "6"]) -> Float[Array, "3"]:
     return unit(jnp.where(plus >= minus, plus, -minus))
 
 
-def shortest_turn(a: Float[Array, "3"], b: Float[Array, "3"]) -> Float[Array, "4"]:
-    """Quaternion of the least rotation that carries unit vector `a` onto unit vector `b`."""
-    opposite = a @ b < -1.0 + 1e-12
-    # Half a turn about any axis across `a` where the two are opposite and the axis a x b vanishes.
-    across = cross(a, jnp.eye(3, dtype=a.dtype)[jnp.argmin(jnp.abs(a))])
-    q = jnp.concatenate([jnp.where(opposite, 0.0, 1.0 + a @ b)[None], jnp.where(opposite, across, cross(a, b))])
-    return quaternion.normalize(q)
-
-
 def random_starts(
     key: PRNGKeyArray, count: int, currents: Float[Array, "6"], sun_eci: Float[Array, "3"], max_rate: Float[Array, ""]
 ) -> tuple[Float[Array, "count 4"], Float[Array, "count 3"]]:
@@ -82,7 +73,7 @@ def random_starts(
     keys = jax.random.split(key, 4)
     strata = jnp.arange(count, dtype=currents.dtype)
     roll = 2.0 * jnp.pi * (strata + jax.random.uniform(keys[0], (count,), dtype=currents.dtype)) / count
-    onto_sun = shortest_turn(sun_direction_body(currents), sun_eci)
+    onto_sun = quaternion.shortest_turn(sun_direction_body(currents), sun_eci)
     rolls = quaternion.from_rotation_vector(roll[:, None] * sun_eci[None])
     attitude = jax.vmap(lambda q: quaternion.multiply(q, onto_sun))(rolls)
     layer = jax.random.permutation(keys[1], strata)
@@ -105,7 +96,7 @@ def _first_guesses(
     `measured` are the currents, of dead panels `filled_in`. `samples` are the first two lit ones: each pair of their
     best field-aligned attitudes gives a start and its rate.
     """
-    spacecraft, _ = build_model(jnp.asarray(parameters.nominal)[: len(MODEL)], jnp.asarray(parameters.reference_field))
+    _, panels, _ = build_model(jnp.asarray(parameters.nominal)[: len(MODEL)], jnp.asarray(parameters.reference_field))
     first = samples[0]
     attitude, rate = random_starts(key, count, measured[first], problem.light.sun_eci[first], max_rate)
 
@@ -113,7 +104,7 @@ def _first_guesses(
         light = jax.tree.map(lambda leaf: leaf[sample], problem.light)
         node = jnp.asarray(problem.grid.sample_node)[sample]
         field = problem.orbit.b_field_eci[node]
-        return search_roll(measured[sample], field, spacecraft.panels, light, jnp.asarray(1.0))
+        return search_roll(measured[sample], field, panels, light, jnp.asarray(1.0))
 
     found = jax.vmap(local)(samples)
     times = jnp.asarray(problem.grid.node_times)[jnp.asarray(problem.grid.sample_node)[samples]]
@@ -127,4 +118,4 @@ def _first_guesses(
     return jnp.concatenate([local_attitude, attitude]), jnp.concatenate([local_rate, rate])
 
 
-first_guesses = Stored(_first_guesses, lambda: (0.0, 0.0))
+first_guesses = Stored(_first_guesses)

@@ -52,7 +52,7 @@ def _carry(
     table = tabulate_orbit(orbit, jnp.asarray(grid.node_times), field, greenwich, rotation_rate)
 
     def one(x, reference):
-        spacecraft, _ = build_model(parameters.values(x[6:]), jnp.asarray(parameters.reference_field))
+        spacecraft, *_ = build_model(parameters.values(x[6:]), jnp.asarray(parameters.reference_field))
         start = quaternion.multiply(reference, quaternion.from_rotation_vector(x[:3]))
         motion = simulate_on_grid(spacecraft, AttitudeState(start, x[3:6] * RATE_UNIT), table, grid)
         return motion.quaternion[-1], motion.angular_velocity[-1]
@@ -60,7 +60,7 @@ def _carry(
     return jax.vmap(one)(x, reference)
 
 
-carry = Stored(_carry, lambda: (0.0, 0.0))
+carry = Stored(_carry)
 
 
 def carried_to(

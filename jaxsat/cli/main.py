@@ -3,16 +3,17 @@
 Nothing heavy is imported here or by the modules of the commands: help and usage errors must come at once.
 """
 
-import signal
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
 
 from cyclopts import App, CycloptsError
 
+from jaxsat.cli.shared.interrupts import INTERRUPTED, heeded
 from jaxsat.errors import InputError
 
-BAD_INPUT, USAGE, INTERRUPTED, TERMINATED = 1, 2, 130, 143
+BAD_INPUT, USAGE = 1, 2
 
 
 def _version() -> str:
@@ -33,7 +34,8 @@ app = App(
 )
 # A folder with a file `command.py` is a command of its name: nothing else has to know of it.
 for file in sorted(Path(__file__).parent.glob("*/command.py")):
-    app.command(f"jaxsat.cli.{file.parent.name}.command:{file.parent.name}")
+    name = file.parent.name
+    app.command(getattr(import_module(f"jaxsat.cli.{name}.command"), name))
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -63,6 +65,4 @@ def _fail(message: str, status: int) -> int:
 
 def main() -> None:
     """Entry point of the console script."""
-    # As an exception, so that unfinished results are removed on the way out.
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(TERMINATED))
-    sys.exit(run(sys.argv[1:]))
+    sys.exit(heeded(run, sys.argv[1:]))

@@ -1,19 +1,13 @@
-"""Control: attitude error, thrusters, Sun pointing."""
+"""Control: laws and actuators that any loop may use, and the run of closed loops; a folder for each study."""
 
 from jaxsat.control.attitude_error import modified_rodrigues as modified_rodrigues
 from jaxsat.control.attitude_error import rate_command as rate_command
-from jaxsat.control.attitude_error import turn_toward as turn_toward
-from jaxsat.control.sun_pointing.cases import Cases as Cases
-from jaxsat.control.sun_pointing.cases import run_cases as run_cases
-from jaxsat.control.sun_pointing.cases import run_one as run_one
-from jaxsat.control.sun_pointing.draw import Dispersions as Dispersions
-from jaxsat.control.sun_pointing.draw import draw_cases as draw_cases
-from jaxsat.control.sun_pointing.law import SunPointingLaw as SunPointingLaw
-from jaxsat.control.sun_pointing.loop import LoopSettings as LoopSettings
-from jaxsat.control.sun_pointing.loop import LoopState as LoopState
-from jaxsat.control.sun_pointing.sensitivity import Sensitivity as Sensitivity
-from jaxsat.control.sun_pointing.sensitivity import sensitivities as sensitivities
-from jaxsat.control.sun_pointing.vehicle import SunPointingVehicle as SunPointingVehicle
-from jaxsat.control.sun_pointing.vehicle import nominal_vehicle as nominal_vehicle
+from jaxsat.control.closed_loop import ClosedLoop as ClosedLoop
+from jaxsat.control.closed_loop import normals as normals
+from jaxsat.control.closed_loop import run_cases as run_cases
+from jaxsat.control.closed_loop import run_one as run_one
+from jaxsat.control.magnetic_actuator import actuator_dipole as actuator_dipole
+from jaxsat.control.magnetic_actuator import saturated as saturated
+from jaxsat.control.thrusters import Pulses as Pulses
 from jaxsat.control.thrusters import Thrusters as Thrusters
 from jaxsat.control.thrusters import fire as fire

@@ -34,6 +34,17 @@ def read_toml(path: str | Path, *, kind: str) -> dict[str, Any]:
         raise InputError("TOML syntax: nested too deeply", file=path) from None
 
 
+def with_values(data: Mapping[str, Any], changed: Mapping[str, object] | None) -> dict[str, Any]:
+    """Returns the tables with other values; `changed` maps `section.key` to them."""
+    found = {section: dict(table) if isinstance(table, Mapping) else table for section, table in data.items()}
+    for key, value in (changed or {}).items():
+        section, _, name = key.partition(".")
+        # A section that is no table is left as it is, for the validation to refuse.
+        if isinstance(found.setdefault(section, {}), dict):
+            found[section][name] = value
+    return found
+
+
 def validated(model: type[Model], data: Mapping[str, Any], path: str | Path | None = None) -> Model:
     """Returns the model of the data.
 

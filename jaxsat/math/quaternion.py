@@ -9,7 +9,7 @@ Rotations take one quaternion and any number of vectors; the other functions act
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxsat.math.vector import cross, safe_norm
+from jaxsat.math.vector import cross, safe_norm, unit
 
 
 def multiply(p: Float[Array, "*batch 4"], q: Float[Array, "*batch 4"]) -> Float[Array, "*batch 4"]:
@@ -116,3 +116,17 @@ def to_rotation_vector(q: Float[Array, "*batch 4"]) -> Float[Array, "*batch 3"]:
 def angle_between(p: Float[Array, "*batch 4"], q: Float[Array, "*batch 4"]) -> Float[Array, "*batch"]:
     """Angle of the rotation from one attitude to the other, in [0, pi] [rad]."""
     return safe_norm(to_rotation_vector(multiply(conjugate(p), q)))
+
+
+def shortest_turn(a: Float[Array, "3"], b: Float[Array, "3"]) -> Float[Array, "4"]:
+    """Least rotation that carries unit vector `a` onto unit vector `b`: half a turn about some axis if opposite."""
+    # (1 + cos, sin n) is the quaternion of half the angle, but for its length; no angle and no division by its sine.
+    w = 1.0 + jnp.sum(a * b)
+    opposite = w < 1e-12
+    # Across `a`, where a x b vanishes. Chosen by comparisons, which many cases at once do faster than a look-up.
+    size = jnp.abs(a)
+    x, y, z = jnp.eye(3, dtype=a.dtype)
+    x_least = (size[0] <= size[1]) & (size[0] <= size[2])
+    least = jnp.where(x_least, x, jnp.where(size[1] > size[2], z, y))
+    axis = jnp.where(opposite, unit(cross(a, least)), cross(a, b))
+    return normalize(jnp.concatenate([jnp.where(opposite, 0.0, w)[None], axis]))

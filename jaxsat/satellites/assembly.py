@@ -1,31 +1,30 @@
 """From the numbers of a satellite file to the satellite that the simulator moves."""
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
+from jaxsat.munin import munin_panels, munin_satellite
 from jaxsat.satellites.numbers import SatelliteNumbers
 from jaxsat.sensors import Albedo
-from jaxsat.spacecraft import MagneticRods, SolarPanels, Spacecraft, box_normals, symmetric_tensor, tilted
+from jaxsat.spacecraft import SolarPanels, Spacecraft
 
 
 def assembled(satellite: SatelliteNumbers) -> tuple[Spacecraft, Albedo]:
     """The satellite, and the reflectivities of the Earth."""
     craft, inertia = satellite.spacecraft, satellite.spacecraft.inertia_kg_m2
-    numbers = [inertia.xx, inertia.yy, inertia.zz, inertia.xy, inertia.xz, inertia.yz]
-    made = Spacecraft(
-        inertia=symmetric_tensor(jnp.asarray(np.array(numbers))),
-        magnet=jnp.asarray(craft.magnet()),
-        rods=MagneticRods(jnp.asarray(np.array(craft.rods_A_m2)), jnp.eye(3)[1:], jnp.asarray(craft.reference_field_T)),
-        panels=SolarPanels(
-            _normals(jnp.asarray(np.radians(craft.panel_tilts_deg))),
-            jnp.asarray(1e-3 * craft.imax_mA),
-            jnp.asarray(np.array(craft.gains)),
-        ),
+    made = jax.jit(munin_satellite)(
+        np.array([inertia.xx, inertia.yy, inertia.zz, inertia.xy, inertia.xz, inertia.yz]),
+        craft.magnet(),
+        np.array(craft.rods_A_m2),
+        reference_field=np.asarray(craft.reference_field_T),
+        panels=assembled_panels(satellite),
     )
-    return made, Albedo(jnp.asarray(satellite.albedo.specular), jnp.asarray(satellite.albedo.diffuse))
+    albedo = satellite.albedo
+    return made, Albedo(*jax.device_put((np.asarray(albedo.specular), np.asarray(albedo.diffuse))))
 
 
-@jax.jit
-def _normals(tilts):
-    return tilted(box_normals(), tilts)
+def assembled_panels(satellite: SatelliteNumbers) -> SolarPanels:
+    """Its panels alone."""
+    craft = satellite.spacecraft
+    numbers = np.asarray(1e-3 * craft.imax_mA), np.array(craft.gains), np.radians(craft.panel_tilts_deg)
+    return jax.jit(munin_panels)(*numbers)

@@ -5,13 +5,14 @@ Values that nobody gives are those of Munin, in `munin.toml` beside this file.
 
 import math
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from jaxsat.files.toml_files import read_toml, validated
+from jaxsat.files.toml_files import read_toml, validated, with_values
 from jaxsat.setting_types import Angle, NonNegative, Positive, Section, Tilt, Vector
 
 MUNIN_FILE = Path(__file__).parent / "munin.toml"
@@ -131,11 +132,11 @@ class SatelliteNumbers(Section):
         return 2.0 * math.sqrt(3.0) * self.spacecraft.imax_mA * max(self.spacecraft.gains)
 
 
-def read_satellite(path: str | Path | None = None) -> SatelliteNumbers:
+def read_satellite(path: str | Path | None = None, *, changed: Mapping[str, object] | None = None) -> SatelliteNumbers:
     """Returns the satellite of a TOML file with sections `[spacecraft]` and `[albedo]`, or Munin.
 
-    What the file leaves out is that of Munin. Raises `InputError` naming every wrong key.
+    What the file leaves out is that of Munin; `changed` maps `section.key`, as `spacecraft.imax_mA`, to values in place
+    of the file's. Raises `InputError` naming every wrong key.
     """
-    if path is None:
-        return SatelliteNumbers()
-    return validated(SatelliteNumbers, read_toml(path, kind="TOML satellite"), path)
+    data = {} if path is None else read_toml(path, kind="TOML satellite")
+    return validated(SatelliteNumbers, with_values(data, changed), path)

@@ -22,8 +22,8 @@ from jaxsat.math import inverse_3x3, quaternion
 from jaxsat.simulate.on_grid import Trajectory
 from jaxsat.simulate.parts import Absent, advance_parts, parts_of, varying
 from jaxsat.simulate.single import COARSER, Tabulate, bucket, fastest_rate, first_reach, hold, longest_step
-from jaxsat.spacecraft import Spacecraft, turned
-from jaxsat.torques import MUNIN_TORQUES, AbstractTorque
+from jaxsat.spacecraft import Spacecraft, in_axes
+from jaxsat.torques import AbstractTorque
 
 CHUNK = 1024
 """Cases of one chunk on a CPU: their state and slopes fill a core's cache."""
@@ -38,17 +38,18 @@ def simulate_many(
     times: np.ndarray,
     *,
     start: float = 0.0,
-    torques: tuple[AbstractTorque, ...] = MUNIN_TORQUES,
+    torques: tuple[AbstractTorque, ...] | None = None,
     tolerance: float = 1e-6,
     max_step: float | None = None,
     chunk: int | None = None,
 ) -> Trajectory:
     """Motions of many cases from `initial`, leaves over the cases, at monotonic `times` [s]: [cases, samples, ...].
 
-    `spacecraft` is shared, or its leaves are over the cases too. The method is Adams of order 12, for torques without
-    kinks. The step is the one with which a pilot chunk, half of it the fastest cases, agrees with steps 1.5 times as
-    long within a third of `tolerance` [rad]; `error` of the result is the pilot's. With `max_step` [s] it is given and
-    not checked. Cases that are not finite are listed in `diverged`. Raises ValueError as `simulate` does.
+    `spacecraft` is shared, or its leaves are over the cases too; the torques are by default those of its parts. The
+    method is Adams of order 12, for torques without kinks. The step is the one with which a pilot chunk, half of it the
+    fastest cases, agrees with steps 1.5 times as long within a third of `tolerance` [rad]; `error` of the result is the
+    pilot's. With `max_step` [s] it is given and not checked. Cases that are not finite are listed in `diverged`. Raises
+    ValueError as `simulate` does.
     """
     axes, spacecraft, initial = _in_principal_axes(spacecraft, initial, torques)
     batch = _Batch(spacecraft, initial, surroundings, np.asarray(times, float), float(start), torques, chunk)
@@ -63,15 +64,15 @@ def _in_principal_axes(spacecraft, initial, torques):
     """dcm_principal_from_body and satellite and states in those axes, where that spares work; else None.
 
     Half of the right-hand side is products with the inertia's off-diagonal elements. A torque with vectors of its own
-    would have to be turned too.
+    would have to be turned too, and so would a part that is not known here.
     """
-    own_vectors = any(jnp.ndim(leaf) > 0 for leaf in jax.tree.leaves(torques))
+    own_vectors = bool(spacecraft.parts) or any(jnp.ndim(leaf) > 0 for leaf in jax.tree.leaves(torques))
     inertia = np.asarray(spacecraft.inertia)
     if own_vectors or inertia.ndim == 3 or np.count_nonzero(inertia - np.diag(np.diag(inertia))) == 0:
         return None, spacecraft, initial
     moments, columns = np.linalg.eigh(inertia.astype(float))
     axes = columns.T * np.array([np.sign(np.linalg.det(columns)), 1.0, 1.0])[:, None]
-    new = eqx.tree_at(lambda craft: craft.inertia, turned(spacecraft, axes), jnp.diag(jnp.asarray(moments)))
+    new = eqx.tree_at(lambda craft: craft.inertia, in_axes(spacecraft, axes), jnp.diag(jnp.asarray(moments)))
     # Back to the satellite's own precision, which the axes must not raise.
     new = jax.tree.map(lambda x, like: x.astype(like.dtype), new, spacecraft)
     return axes, new, _states_in(initial, axes.astype(initial.quaternion.dtype))
@@ -106,7 +107,7 @@ class _Batch:
     surroundings: Tabulate
     times: np.ndarray
     start: float
-    torques: tuple[AbstractTorque, ...]
+    torques: tuple[AbstractTorque, ...] | None
     asked_chunk: int | None
 
     @property

@@ -14,7 +14,7 @@ from jaxsat.integrators import RK4, AdamsGrid, StepGrid, Tableau, integrate, int
 from jaxsat.math import quaternion
 from jaxsat.simulate.parts import advance_parts, parts_of
 from jaxsat.spacecraft import Spacecraft
-from jaxsat.torques import MUNIN_TORQUES, AbstractTorque
+from jaxsat.torques import AbstractTorque
 
 
 class Trajectory(eqx.Module):
@@ -40,19 +40,19 @@ def simulate_on_grid(
     table: OrbitTable,
     grid: StepGrid | AdamsGrid,
     *,
-    torques: tuple[AbstractTorque, ...] = MUNIN_TORQUES,
+    torques: tuple[AbstractTorque, ...] | None = None,
     tableau: Tableau = RK4,
     blocks: Int[Array | np.ndarray, ""] | None = None,
     checkpoint_every: int | None = None,
 ) -> Trajectory:
     """Motion from `initial` at the grid's start, at the times the grid was laid through; may be traced.
 
-    `table` is the orbit at `grid.node_times`. The grid tells the method: Adams of order 12, or the Runge-Kutta method
-    of `tableau`, for which the grid was laid, with the quaternion renormalised after each step. On an Adams grid
-    `initial` may be of many cases, their axis in front, which is several times as fast as `jax.vmap`, forward and in
-    derivatives. With `blocks` only that many blocks of Runge-Kutta steps are taken (forward-mode derivatives only)
-    and later samples are meaningless; `checkpoint_every` is the reverse mode's economy
-    (`jaxsat.integrators.integrate`).
+    `table` is the orbit at `grid.node_times`; the torques are by default those of the satellite's parts. The grid tells
+    the method: Adams of order 12, or the Runge-Kutta method of `tableau`, for which the grid was laid, with the
+    quaternion renormalised after each step. On an Adams grid `initial` may be of many cases, their axis in front, which
+    is several times as fast as `jax.vmap`, forward and in derivatives. With `blocks` only that many blocks of
+    Runge-Kutta steps are taken (forward-mode derivatives only) and later samples are meaningless; `checkpoint_every` is
+    the reverse mode's economy (`jaxsat.integrators.integrate`).
     """
     body = rigid_body(spacecraft, torques)
     if isinstance(grid, AdamsGrid):

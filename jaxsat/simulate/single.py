@@ -18,7 +18,7 @@ from jaxsat.integrators.grid import BLOCK
 from jaxsat.math import quaternion
 from jaxsat.simulate.on_grid import Trajectory, by_adams, simulate_on_grid
 from jaxsat.spacecraft import Spacecraft
-from jaxsat.torques import MUNIN_TORQUES, AbstractTorque
+from jaxsat.torques import AbstractTorque, torques_of
 
 Tabulate = Callable[..., OrbitTable]
 """Called with times [s] it gives the orbit's table at them: `jaxsat.environment.Surroundings`, or a function."""
@@ -27,6 +27,8 @@ COARSER = 1.5
 """Ratio of the steps of the two runs that are compared."""
 ATTEMPTS = 12
 MOST_STEPS = 2_000_000
+ROUND_MU = 4.0e14
+"""The Earth's gravitational parameter [m^3/s^2], rounded: what it enters is a scale of rates."""
 
 
 def simulate(
@@ -36,24 +38,25 @@ def simulate(
     times: np.ndarray,
     *,
     start: float = 0.0,
-    torques: tuple[AbstractTorque, ...] = MUNIN_TORQUES,
+    torques: tuple[AbstractTorque, ...] | None = None,
     tolerance: float = 1e-6,
     tableau: Tableau | None = None,
 ) -> Trajectory:
     """Motion from `initial` at `start`, at monotonic `times` [s], its attitude within `tolerance` [rad].
 
     The step is tried from the motion's rate, checked by a second run with longer steps, and shortened until the two
-    agree; `error` of the result is their difference. The method is the Runge-Kutta one of `tableau`; by default Adams
-    of order 12 where all torques are smooth, else Dormand-Prince 8. To differentiate, go over the grid of the result
-    with `simulate_on_grid`. Raises ValueError where the times are not monotonic, state or motion is not finite, and
-    where no step holds the tolerance: it is below rounding, or the motion has kinks that no step resolves.
+    agree; `error` of the result is their difference. The torques are by default those of the satellite's parts
+    (`jaxsat.torques.torques_of`). The method is the Runge-Kutta one of `tableau`; by default Adams of order 12 where
+    all torques are smooth, else Dormand-Prince 8. To differentiate, go over the grid of the result with
+    `simulate_on_grid`. Raises ValueError where the times are not monotonic, state or motion is not finite, and where no
+    step holds the tolerance: it is below rounding, or the motion has kinks that no step resolves.
     """
     if not 0.0 < tolerance < 1.0:
         raise ValueError(f"simulate: tolerance must be between 0 and 1 rad, got {tolerance}")
     if not all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(initial)):
         raise ValueError("simulate: the initial state is not finite")
     times = np.asarray(times, float)
-    if tableau is None and not all(torque.smooth for torque in torques):
+    if tableau is None and not _smooth(spacecraft, surroundings, start, torques):
         tableau = DORMAND_PRINCE_8
     order, reach, stable = (ORDER, REACH, STABLE) if tableau is None else (tableau.order, tableau.reach, math.inf)
     rate = float(_rate(spacecraft, initial, surroundings, np.array([float(start)])))
@@ -66,6 +69,16 @@ def simulate(
     first = min(first_reach(tolerance, order, reach, stable) / rate, longest_step(times, start, tableau) / COARSER)
     _, error, motion = hold(tolerance, first, order, times, start, attempt)
     return dataclasses.replace(motion, error=error)
+
+
+def _smooth(spacecraft, surroundings, start, torques) -> bool:
+    """Whether no torque has kinks."""
+    if torques is None:
+        # To the satellite's surface alone it matters what surrounds it, and shapes tell what there is.
+        naked = spacecraft.facets is None
+        around = None if naked else eqx.filter_eval_shape(surroundings, np.array([float(start)]))
+        torques = torques_of(spacecraft, around)
+    return all(torque.smooth for torque in torques)
 
 
 def first_reach(tolerance: float, order: int, reach: float, stable: float) -> float:
@@ -121,10 +134,11 @@ def fastest_rate(spacecraft: Spacecraft, initial: AttitudeState, table: OrbitTab
     """
     smallest = jnp.linalg.eigvalsh(spacecraft.inertia)[0]
     r, b = (jnp.linalg.norm(x, axis=-1)[0] for x in (table.position_eci, table.b_field_eci))
-    dipole = jnp.linalg.norm(spacecraft.magnet) + jnp.sum(jnp.abs(spacecraft.rods.moments))
+    magnet = 0.0 if spacecraft.magnet is None else jnp.linalg.norm(spacecraft.magnet)
+    rods = 0.0 if spacecraft.rods is None else jnp.sum(jnp.abs(spacecraft.rods.moments))
     # Over an orbit the field grows to twice what it is at the start, or falls.
-    swing = 2.0 * dipole * b / smallest
-    orbital = 4.0e14 / r**3
+    swing = 2.0 * (magnet + rods) * b / smallest
+    orbital = ROUND_MU / r**3
     return jnp.sqrt(jnp.sum(initial.angular_velocity**2) + swing + orbital)
 
 

@@ -5,6 +5,7 @@ import os
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from contextlib import contextmanager
@@ -16,6 +17,7 @@ from jaxsat.errors import InputError
 from jaxsat.sweep.chunks import ChunkDone, chunk_path, run_chunk
 from jaxsat.sweep.plan import SweepPlan
 from jaxsat.sweep.scenario import Scenario
+from jaxsat.sweep.signals import POLL_S, noted_signals
 from jaxsat.sweep.source import Source
 
 OnDone = Callable[[ChunkDone], None]
@@ -53,11 +55,13 @@ def run_local(
         # One alone at first: its compiled program serves all others.
         running = {begin(number) for number in islice(pending, 1)}
         try:
-            while running:
-                done, running = wait(running, return_when=FIRST_COMPLETED)
-                for future in done:
-                    on_done(future.result())
-                running |= {begin(number) for number in islice(pending, count - len(running))}
+            with noted_signals() as heed:
+                while running:
+                    heed()
+                    done, running = wait(running, POLL_S, FIRST_COMPLETED)
+                    for future in done:
+                        on_done(future.result())
+                    running |= {begin(number) for number in islice(pending, count - len(running))}
         except KeyboardInterrupt:
             if on_interrupt is not None:
                 on_interrupt()
@@ -108,14 +112,19 @@ def run_dask(
     except ImportError:
         raise InputError("needs dask.distributed: pip install 'jaxsat[dask]'", field="engine dask") from None
     directory, pending = directory.absolute(), iter(numbers)
-    with _client(scheduler, workers or _cores()) as client:
+    with _client(scheduler, workers or _cores()) as client, noted_signals() as heed:
         threads = max(1, sum(client.nthreads().values()))
 
         def begin(number):
             return client.submit(_in_worker, source, plan, directory, number, pure=False)
 
         running = as_completed([begin(number) for number in islice(pending, (1 + _AHEAD) * threads)])
-        for future in running:
+        while not running.is_empty():
+            heed()
+            if not running.has_ready():
+                time.sleep(POLL_S)
+                continue
+            future = next(running)
             try:
                 done = future.result()
             except KilledWorker:

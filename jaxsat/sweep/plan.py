@@ -3,9 +3,7 @@
 import dataclasses
 import json
 import math
-import platform
 from dataclasses import dataclass, field
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -83,17 +81,6 @@ def read_plan(directory: Path) -> SweepPlan | None:
         return None
     except (ValueError, TypeError, KeyError, AttributeError):
         raise InputError(f"is no plan of a sweep ({SCHEMA}); take another directory", file=path) from None
-
-
-def versions() -> dict[str, str]:
-    """Versions of what the last digits of a sweep depend on."""
-    found = {"python": platform.python_version()}
-    for package in ("jaxsat", "jax", "jaxlib", "numpy"):
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            found[package] = "not installed"
-    return found
 
 
 def claim(directory: Path, plan: SweepPlan, *, resume: bool = False, shard: tuple[int, int] = (1, 1)) -> SweepPlan:

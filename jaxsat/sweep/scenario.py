@@ -5,12 +5,12 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
-from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
 
 from jaxsat.errors import InputError
+from jaxsat.sweep.history import History
 
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _OWN_COLUMNS = ("case", "status")
@@ -43,8 +43,8 @@ class Scenario:
     run: Callable[[int, np.ndarray], Mapping[str, np.ndarray]]
     assumptions: tuple[str, ...] = ()
     """Sentences on what decides the result and nobody has measured; they go into summary.json."""
-    replay: Callable[[int, int, Path], None] | None = None
-    """`replay(seed, case, directory)` writes the full history of one case, and its picture, into a directory."""
+    history: Callable[[int, int], History] | None = None
+    """`history(seed, case)` runs one case again and returns what happened in it."""
 
     def __post_init__(self):
         if not 1 <= len(set(self.statuses)) == len(self.statuses) <= 127:
@@ -71,6 +71,11 @@ def run_cases(scenario: Scenario, seed: int, cases: np.ndarray) -> dict[str, np.
         raise ValueError(f"scenario {scenario.name}: status must be a whole number below {len(scenario.statuses)}")
     metrics = {name: arrays[name].astype(np.float64) for name in scenario.metrics}
     return {"status": status.astype(np.int8), **metrics}
+
+
+def chunk_of(case: int, chunk: int) -> np.ndarray:
+    """Numbers of all cases of a case's chunk [int64]; its own place among them is `case % chunk`."""
+    return case - case % chunk + np.arange(chunk, dtype=np.int64)
 
 
 def case_keys(seed: int, cases: np.ndarray) -> Any:

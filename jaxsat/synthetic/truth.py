@@ -23,6 +23,7 @@ from jaxsat.sensors import Albedo, albedo_currents, direct_currents, limb_distan
 from jaxsat.simulate import simulate
 from jaxsat.spacecraft import Spacecraft
 from jaxsat.time import Epoch
+from jaxsat.torques.abstract import required
 
 SCHEMA = "jaxsat.truth/1"
 _MANY_SAMPLES = 2000
@@ -151,6 +152,8 @@ def truth_document(
     further settings, among them `cadence`, `noise`, `clip` and `tle`. Currents are before limiting and noise [mA].
     """
     turn = math.radians(360.0)
+    rods = required(spacecraft.rods, "truth_document", "Spacecraft.rods", "the rods, as MagneticRods")
+    panels = required(spacecraft.panels, "truth_document", "Spacecraft.panels", "the panels, as SolarPanels")
     rate = math.sqrt(elements["mu"] / elements["semi_major_axis"] ** 3)
     cfg = {
         "start": epoch.iso(3).removesuffix(".000"),
@@ -166,10 +169,10 @@ def truth_document(
         "w0": truth.angular_velocity[0],
         "inertia": spacecraft.inertia,
         "magnet": spacecraft.magnet,
-        "rods": spacecraft.rods.moments,
-        "rod_reference_field": spacecraft.rods.reference_field,
-        "imax": 1e3 * spacecraft.panels.max_current,
-        "panel_ratio": spacecraft.panels.gains,
+        "rods": rods.moments,
+        "rod_reference_field": rods.reference_field,
+        "imax": 1e3 * panels.max_current,
+        "panel_ratio": panels.gains,
         "albedo_specular": albedo.specular,
         "albedo_diffuse": albedo.diffuse,
         **more,

@@ -1,6 +1,5 @@
 """Torques on a rigid satellite, in body axes: pure functions, and thin objects that are summed by the dynamics."""
 
-from jaxsat.munin import MUNIN_TORQUES as MUNIN_TORQUES
 from jaxsat.torques.abstract import AbstractTorque as AbstractTorque
 from jaxsat.torques.abstract import BodyEnvironment as BodyEnvironment
 from jaxsat.torques.aerodynamic import AerodynamicTorque as AerodynamicTorque
@@ -16,6 +15,7 @@ from jaxsat.torques.hysteresis import lag_rate as lag_rate
 from jaxsat.torques.magnetic import LinearRodsTorque as LinearRodsTorque
 from jaxsat.torques.magnetic import PermanentMagnet as PermanentMagnet
 from jaxsat.torques.magnetic import magnetic_torque as magnetic_torque
+from jaxsat.torques.of_parts import torques_of as torques_of
 from jaxsat.torques.residual import ResidualTorque as ResidualTorque
 from jaxsat.torques.solar_pressure import SolarPressureTorque as SolarPressureTorque
 from jaxsat.torques.solar_pressure import solar_pressure_forces as solar_pressure_forces

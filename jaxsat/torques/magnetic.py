@@ -6,7 +6,7 @@ from jaxtyping import Array, Float
 
 from jaxsat.math import cross
 from jaxsat.spacecraft import Spacecraft
-from jaxsat.torques.abstract import AbstractTorque, BodyEnvironment
+from jaxsat.torques.abstract import AbstractTorque, BodyEnvironment, required
 
 
 def magnetic_torque(dipole: Float[Array, "3"], b_field_body: Float[Array, "3"]) -> Float[Array, "3"]:
@@ -20,7 +20,8 @@ class PermanentMagnet(AbstractTorque):
     smooth: ClassVar[bool] = True
 
     def __call__(self, spacecraft: Spacecraft, around: BodyEnvironment) -> Float[Array, "3"]:
-        return magnetic_torque(spacecraft.magnet, around.b_field_body)
+        magnet = required(spacecraft.magnet, "PermanentMagnet", "Spacecraft.magnet", "the dipole in body axes")
+        return magnetic_torque(magnet, around.b_field_body)
 
 
 class LinearRodsTorque(AbstractTorque):
@@ -29,4 +30,5 @@ class LinearRodsTorque(AbstractTorque):
     smooth: ClassVar[bool] = True
 
     def __call__(self, spacecraft: Spacecraft, around: BodyEnvironment) -> Float[Array, "3"]:
-        return magnetic_torque(spacecraft.rods.dipole(around.b_field_body), around.b_field_body)
+        rods = required(spacecraft.rods, "LinearRodsTorque", "Spacecraft.rods", "the rods, as MagneticRods")
+        return magnetic_torque(rods.dipole(around.b_field_body), around.b_field_body)

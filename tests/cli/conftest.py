@@ -1,13 +1,10 @@
 """A fit without a solver: made-up numbers with the shapes and the life of real ones."""
 
-import sys
-import types
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from fitting.estimate import FitSettings
 from fitting.outcome.result import FitResult, FittedParameter
 from jaxsat.cli.main import run
 
@@ -86,10 +83,8 @@ def put_fake_fit(monkeypatch) -> dict:
             raise changes["error"]
         return replace(make_fit_result(), **changes)
 
-    module = types.ModuleType("fitting.estimate")
-    module.__dict__.update(fit=fit, FitSettings=FitSettings)
-    monkeypatch.setitem(sys.modules, "fitting.estimate", module)
-    monkeypatch.setattr("fitting.estimate", module, raising=False)
+    monkeypatch.setattr("fitting.run.estimate", fit)
+
     # The cache of compiled programs belongs to the user, the settings of JAX to the test session.
     monkeypatch.setattr("jaxsat.numerics.set_up_jax", lambda: None)
     return changes

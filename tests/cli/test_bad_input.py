@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from jaxsat.bundled import BUNDLED
 from jaxsat.cli.main import run
-from jaxsat.cli.session.prepared import BUNDLED
 
 GOOD = BUNDLED.with_name("a-nominal-exact.RAW_SUN")
 HEADER = 3

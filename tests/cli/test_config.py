@@ -11,7 +11,6 @@ import pytest
 from jaxsat.cli.settings.files import Config, load_config, template
 from jaxsat.constants import EARTH_MU
 from jaxsat.errors import InputError
-from jaxsat.telemetry import CleaningSettings
 
 KEY = re.compile(r"(?:# )?[A-Za-z0-9_]+ = ")
 
@@ -77,12 +76,11 @@ def test_magnet_and_inertia(file):
 
 def test_cleaning_settings(file):
     text = '[cleaning]\npanel_order = ["-x", "+x", "+Y", "-Y", "+Z", "-Z"]\ndrop_s = [[0, 10], [20.5, 30]]\n'
-    settings = load_config(file(text + "[spacecraft]\nimax_mA = 480\n")).cleaning_settings()
+    config = load_config(file(text + "[spacecraft]\nimax_mA = 480\n"))
+    settings = config.cleaning
     assert settings.panel_order[:2] == ("-X", "+X") and settings.drop_s == ((0.0, 10.0), (20.5, 30.0))
-    assert settings.max_current_sum_mA == pytest.approx(2 * math.sqrt(3) * 480)
-    assert Config().cleaning_settings().max_current_sum_mA == pytest.approx(
-        CleaningSettings().max_current_sum_mA, rel=0.01
-    )
+    assert config.satellite.largest_current_sum_mA == pytest.approx(2 * math.sqrt(3) * 480)
+    assert Config().satellite.largest_current_sum_mA == pytest.approx(830.0, rel=0.01)
 
 
 def test_overrides_replace_the_file(file):

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from jaxsat.bundled import BUNDLED
 from jaxsat.cli.main import run
-from jaxsat.cli.session.prepared import BUNDLED
 
 TRUTH = json.loads(BUNDLED.with_name("b-specular50.truth.json").read_text())
 

@@ -1,15 +1,20 @@
 """The command line from outside: quick help, exit statuses, one line for each mistake, nothing left behind."""
 
+import fnmatch
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from jaxsat.bundled import BUNDLED
+from jaxsat.cli import main
 from jaxsat.cli.main import run
-from jaxsat.cli.session.prepared import BUNDLED
+from jaxsat.cli.shared.folders import default_folder
 
+ROOT = Path(__file__).parents[2]
 HEAVY = ("jax", "matplotlib", "scipy", "numpy", "pydantic", "equinox", "erfa")
 
 
@@ -141,3 +146,19 @@ def test_config_prints_a_template_that_can_be_read_back(capsys):
 
     assert run(["config"]) == 0
     assert {"cleaning", "fit"} <= set(tomllib.loads(capsys.readouterr().out))
+
+
+def test_every_folder_with_a_command_is_one_and_says_what_it_does(capsys):
+    folders = {file.parent.name for file in Path(main.__file__).parent.glob("*/command.py")}
+    assert run(["--help"]) == 0
+    listed = re.findall(r"^│ (\w+) +(\w.*?) *│$", capsys.readouterr().out, flags=re.MULTILINE)
+    assert {name for name, _ in listed} == folders and all(len(meaning) > 10 for _, meaning in listed)
+
+
+def test_default_folders_are_ignored_by_git(capsys):
+    ignored = [line.strip("/\n ") for line in (ROOT / ".gitignore").read_text().splitlines()]
+    for name in ("almanac", "export", "fit", "local", "orbit", "prepare", "simulate", "sweep", "turn"):
+        assert run([name, "--help"]) == 0
+        told = " ".join(capsys.readouterr().out.replace("│", " ").split())
+        assert f"[default: {default_folder(name)}]" in told
+        assert any(fnmatch.fnmatch(str(default_folder(name)), pattern) for pattern in ignored)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fitting.orbit.orbit_fit import fit_without_doubtful
+from jaxsat.bundled import BUNDLED
 from jaxsat.cli.main import run
-from jaxsat.cli.session.prepared import BUNDLED
 from jaxsat.environment import KeplerOrbit
 
 TRUTH = {"semi_major_axis": 7630026.457, "eccentricity": 0.072661, "inclination": math.radians(95.438873)}

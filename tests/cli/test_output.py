@@ -10,10 +10,16 @@ import numpy as np
 import pytest
 
 from fitting.outcome.diagnostics import diagnose
-from jaxsat.files.json_files import json_text
-from fitting.report.document import ATTITUDE_COLUMNS, CURRENT_COLUMNS, fit_document, write_attitude_csv, write_currents_csv
-from jaxsat.files.staging import staged_directory
+from fitting.report.document import (
+    ATTITUDE_COLUMNS,
+    CURRENT_COLUMNS,
+    fit_document,
+    write_attitude_csv,
+    write_currents_csv,
+)
 from jaxsat.errors import InputError
+from jaxsat.files.json_files import json_text
+from jaxsat.files.staging import staged_directory
 from jaxsat.time import Epoch
 
 EPOCH = Epoch.from_utc(2001, 1, 18, 4, 54, 15.0)

@@ -8,9 +8,9 @@ import pytest
 
 from jaxsat.cli.main import run
 from jaxsat.cli.settings.files import load_config
-from jaxsat.synthetic.panels import configured_panels, panel_columns
-from jaxsat.synthetic.session import make_session
 from jaxsat.errors import InputError
+from jaxsat.synthetic.panels import further_panels, panel_columns
+from jaxsat.synthetic.session import SessionPlan, make_session
 from jaxsat.telemetry import clean, read_raw_sun
 from jaxsat.telemetry.elements.tle_lines import check_tle_lines
 
@@ -45,9 +45,14 @@ def settings(**more):
     }
 
 
+def plan(overrides) -> SessionPlan:
+    config = load_config(overrides=overrides)
+    return SessionPlan(config.simulate, config.satellite, config.given, config.cleaning)
+
+
 @pytest.fixture(scope="module")
 def session():
-    return make_session(load_config(overrides=settings(cleaning__panel_order=ORDER)), None)
+    return make_session(plan(settings(cleaning__panel_order=ORDER)))
 
 
 def test_the_session_is_that_of_another_program(session):
@@ -77,8 +82,8 @@ def test_the_reader_takes_every_row(session, tmp_path):
     path = tmp_path / "session.RAW_SUN"
     path.write_text(session.raw_sun)
     raw = read_raw_sun(path)
-    config = load_config(overrides=settings(cleaning__panel_order=ORDER))
-    found = clean(raw, config.cleaning_settings())
+    made = plan(settings(cleaning__panel_order=ORDER))
+    found = clean(raw, made.cleaning, made.satellite)
     check_tle_lines(raw.tle)
     assert not found.rejections and len(found.t_s) == len(session.truth.t)
     np.testing.assert_allclose(found.t_s, session.truth.t, atol=1e-3)
@@ -95,10 +100,11 @@ def test_panels_of_any_outline_see_what_the_box_sees(session):
     triangle = [[0.0, 0.0, 0.1], [0.1, 0.0, 0.1], [0.0, 0.1, 0.1]]
     density = json.loads(TRUTH.read_text())["cfg"]["imax"] / 0.04
     given = {"simulate__panel_corners_m": [corners, triangle], "simulate__panel_density_mA_m2": density}
-    config = load_config(overrides=settings(**given))
-    panels = configured_panels(config, None)
+    made = plan(settings(**given))
+    panels = further_panels(made.settings)
     assert panels is not None
-    found = panel_columns(panels, session.truth, config)
+    radius, mirror = 1e3 * made.given.earth.radius_km, made.satellite.albedo.specular
+    found = panel_columns(panels, session.truth, earth_radius=radius, reflectivity=mirror)
     # The triangle is an eighth of its face.
     for number, face, share in ((1, 0, 1.0), (2, 4, 0.125)):
         for kind in ("direct", "specular"):
@@ -149,11 +155,11 @@ def test_the_command_writes_what_it_says(tmp_path, capsys, monkeypatch):
 )
 def test_bad_settings_are_one_line(key, value, expected):
     with pytest.raises(InputError, match=f"simulate.*{expected}") as error:
-        make_session(load_config(overrides={f"simulate.{key}": value}), None)
+        make_session(plan({f"simulate.{key}": value}))
     assert "\n" not in str(error.value)
 
 
 def test_an_orbit_inside_the_earth_is_refused():
     low = settings(orbit__semi_major_axis_km=6700.0)
     with pytest.raises(InputError, match="orbit: the perigee lies"):
-        make_session(load_config(overrides=low), None)
+        make_session(plan(low))

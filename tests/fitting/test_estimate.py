@@ -7,11 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting.estimate import fit
-from jaxsat.cli.session.inputs import fit_settings, nominal, observations
-from jaxsat.cli.session.prepared import prepare_session
-from jaxsat.cli.settings.files import load_config
+from fitting.estimate import estimate
+from fitting.parameters.nominal import nominal_model
+from fitting.session import prepare_session
+from fitting.settings import FitSettings
 from jaxsat.errors import InputError
+from jaxsat.satellites import read_satellite
+from jaxsat.telemetry import read_telemetry
 
 DATA = Path(__file__).parents[2] / "jaxsat" / "data" / "munin"
 EVERYTHING = "state,magnet,rods,imax,inertia,albedo"
@@ -22,17 +24,15 @@ class Case:
     """A bundled session ready to be fitted, with its truth."""
 
     def __init__(self, name: str, free: str, **settings):
-        config = load_config(None, {"fit.free": free, **{f"fit.{key}": value for key, value in settings.items()}})
-        prepared = prepare_session(BUNDLED[name], config)
-        self.observations = observations(prepared.session, prepared.orbit_fit, config)
-        self.nominal, self.settings = nominal(config), fit_settings(config)
+        self.observations = prepare_session(read_telemetry(BUNDLED[name])).observations()
+        self.nominal, self.settings = nominal_model(read_satellite()), FitSettings(free=free).changed(**settings)
         self.truth = json.loads(BUNDLED[name].with_suffix(".truth.json").read_text())
 
     def fit(self, progress=lambda *_: None, currents=None, **settings):
         data = self.observations
         if currents is not None:
             data = dataclasses.replace(data, currents=currents)
-        return fit(data, self.nominal, dataclasses.replace(self.settings, **settings), progress=progress)
+        return estimate(data, self.nominal, self.settings.changed(**settings), progress=progress)
 
     def at(self, result, name: str) -> np.ndarray:
         """True values at the samples of a result."""
@@ -134,11 +134,11 @@ def test_light_inside_the_computed_shadow_does_not_start_the_arc(exact):
     currents = data.currents.copy()
     currents[0, 0] = 0.05
     sunrise = int(np.flatnonzero(lit[dark:])[0])
-    result = fit(dataclasses.replace(data, currents=currents), exact.nominal, exact.settings)
+    result = estimate(dataclasses.replace(data, currents=currents), exact.nominal, exact.settings)
     assert result.status == "converged" and result.t_s[0] == data.t[sunrise]
     assert exact.attitude_rms_deg(result) <= 0.5
     currents[sunrise + 2 : sunrise + 3] = 0.0
-    result = fit(dataclasses.replace(data, currents=currents), exact.nominal, exact.settings)
+    result = estimate(dataclasses.replace(data, currents=currents), exact.nominal, exact.settings)
     assert "1 samples left out where currents and computed shadow disagree" in result.message
 
 

@@ -17,19 +17,27 @@ import jax
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_compilation_cache_dir", sys.argv[1])
 jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+import equinox as eqx
 import numpy as np
 from fitting.stored import Stored
 
+class Wave(eqx.Module):
+    sum: jax.Array
+    sine: jax.Array
+    cosine: jax.Array | None
+    power: int = eqx.field(static=True)
+
 def wave(x, power):
     print("traced", x.shape)
-    return {"sum": (x**power).sum(), "sine": jax.numpy.sin(x)}
+    return Wave((x**power).sum(), jax.numpy.sin(x), None, power)
 
-stored = Stored(wave, lambda: {"sum": 0.0, "sine": 0.0})
+stored = Stored(wave)
 for size in map(int, sys.argv[2:]):
     stored.compile(np.zeros(size), 3)
     for start in (0.1, 0.2):
         result = stored(np.linspace(start, 1.0, size), 3)
-        print(size, float(result["sum"]).hex(), np.asarray(result["sine"]).tobytes().hex())
+        assert isinstance(result, Wave) and result.cosine is None and result.power == 3
+        print(size, float(result.sum).hex(), np.asarray(result.sine).tobytes().hex())
 """
 
 
@@ -91,7 +99,7 @@ def test_without_a_directory_it_is_a_compiled_function(no_directory):
         traced.append(x.shape)
         return x * factor
 
-    stored = Stored(scale, lambda: 0.0)
+    stored = Stored(scale)
     assert stored.compile(jnp.zeros(3), 2.0) is None and not traced
     np.testing.assert_array_equal(stored(np.arange(3.0), 2.0), [0.0, 2.0, 4.0])
     np.testing.assert_array_equal(stored(np.arange(1.0, 4.0), 2.0), [2.0, 4.0, 6.0])

@@ -1,5 +1,7 @@
 """A program in one function gives what it gives otherwise."""
 
+import sys
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -30,6 +32,16 @@ def test_only_versions_that_were_tried_are_told(monkeypatch):
     assert len(TRIED) == 2
     monkeypatch.setattr("jaxsat.math.one_function.TRIED", (0, 0))
     assert in_one_function(turns) is turns
+
+
+def test_without_what_it_leans_on_the_result_is_the_same(monkeypatch):
+    inputs = jnp.linspace(0.0, 0.01, 7), (jnp.ones(7), jnp.zeros(7))
+    found = jax.jit(in_one_function(turns))(*inputs)
+    monkeypatch.setitem(sys.modules, "jax.experimental.xla_metadata", None)
+    plain = in_one_function(turns)
+    assert plain is turns
+    for one, other in zip(found, jax.jit(plain)(*inputs), strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-13)
 
 
 def test_what_this_processor_cannot_compile_is_run_otherwise():

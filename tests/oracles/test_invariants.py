@@ -118,6 +118,7 @@ def kept(name, q, w, wrong=None):
     table, n = place(np.concatenate([[0.0], TIMES])), float(place.rate)
     e, b = body(np.asarray(table.position_eci) / float(place.radius)), body(np.asarray(table.b_field_eci))
     normal = body(np.tile(FRAME[:, 2], (len(TIMES) + 1, 1)))
+    assert craft.rods is not None
     magnet = -b @ np.asarray(craft.magnet)
     rods = -0.5 * (b @ AXES.T) ** 2 @ np.asarray(craft.rods.moments) / REFERENCE
     gradient = 1.5 * n**2 * np.sum(e @ INERTIA * e, axis=-1)

@@ -14,7 +14,7 @@ from jaxsat.environment import OrbitTable
 from jaxsat.integrators import StepGrid
 from jaxsat.simulate import simulate, simulate_many, simulate_on_grid
 from jaxsat.spacecraft import HysteresisRods, MagneticRods, SolarPanels, Spacecraft, box_normals
-from jaxsat.torques import MUNIN_TORQUES, HysteresisRodsTorque, PermanentMagnet
+from jaxsat.torques import HysteresisRodsTorque, PermanentMagnet, torques_of
 
 INERTIA = np.array([[0.0514, 0.0014, -0.0022], [0.0014, 0.0549, 0.0011], [-0.0022, 0.0011, 0.0578]])
 AXES = np.array([[0.0, 1.0, 0.0], [0.0, 0.6, 0.8]])
@@ -24,6 +24,7 @@ CRAFT = Spacecraft(
     MagneticRods(jnp.asarray([0.035, 0.025]), jnp.asarray(AXES), jnp.asarray(3.0e-5)),
     SolarPanels(box_normals(), jnp.asarray(0.24), jnp.ones(6)),
 )
+TORQUES = torques_of(CRAFT)
 # No more than 64 steps of any of the runs below, a tolerance of 1e-4 being asked for or not: one program serves them.
 TIMES = np.array([26.0, 62.0, 98.0])
 # Whole vectors of a processor to a chunk, of which the cases are no multiple.
@@ -48,7 +49,7 @@ def surroundings(times):
 tabulate = jax.jit(surroundings)
 
 
-def reference(times, *, start=0.0, craft=CRAFT, initial=INITIAL, torques=MUNIN_TORQUES):
+def reference(times, *, start=0.0, craft=CRAFT, initial=INITIAL, torques=TORQUES):
     """RK4 in steps of at most 0.08 s, each case by itself: 1e-13 rad from the truth, as in `test_single`."""
     grid = StepGrid.through(times, start=start, max_step=0.08, pad_steps=2048)
     table = tabulate(grid.node_times)

@@ -12,7 +12,7 @@ from jaxsat.environment import OrbitTable
 from jaxsat.integrators import DORMAND_PRINCE_8, RK4, AdamsGrid, StepGrid
 from jaxsat.simulate import simulate, simulate_on_grid
 from jaxsat.spacecraft import HysteresisRods, MagneticRods, SolarPanels, Spacecraft, box_normals
-from jaxsat.torques import MUNIN_TORQUES, HysteresisRodsTorque, PermanentMagnet, ResidualTorque
+from jaxsat.torques import HysteresisRodsTorque, PermanentMagnet, ResidualTorque, torques_of
 
 INERTIA = np.array([[0.0514, 0.0014, -0.0022], [0.0014, 0.0549, 0.0011], [-0.0022, 0.0011, 0.0578]])
 CRAFT = Spacecraft(
@@ -21,6 +21,7 @@ CRAFT = Spacecraft(
     MagneticRods(jnp.asarray([0.035, 0.025]), jnp.eye(3)[1:], jnp.asarray(3.0e-5)),
     SolarPanels(box_normals(), jnp.asarray(0.24), jnp.ones(6)),
 )
+TORQUES = torques_of(CRAFT)
 Q0 = Rotation.from_rotvec([0.7, -1.1, 0.4]).as_quat(scalar_first=True)
 START = AttitudeState(jnp.asarray(Q0), jnp.asarray([0.021, -0.013, 0.017]))
 # Three samples and 64 steps for most runs: one program serves them.
@@ -42,7 +43,7 @@ def surroundings(times):
 tabulate = jax.jit(surroundings)
 
 
-def reference(times, *, start=0.0, craft=CRAFT, initial=START, torques=MUNIN_TORQUES):
+def reference(times, *, start=0.0, craft=CRAFT, initial=START, torques=TORQUES):
     """RK4 in steps of at most 0.08 s: (0.015)^5 0.08^4 150 / 60 = 1e-13 rad from the truth."""
     grid = StepGrid.through(times, start=start, max_step=0.08, pad_steps=2048)
     return on_grid(craft, initial, tabulate(grid.node_times), grid, torques=torques)

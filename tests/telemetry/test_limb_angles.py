@@ -6,7 +6,7 @@ import hashlib
 import numpy as np
 import pytest
 
-from jaxsat.cli.session.prepared import BUNDLED
+from jaxsat.bundled import BUNDLED
 from jaxsat.errors import InputError
 from jaxsat.telemetry import clean, match_limb_angles, read_limb_angles, read_raw_sun
 

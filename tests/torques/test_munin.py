@@ -13,13 +13,13 @@ from jaxsat.integrators import StepGrid
 from jaxsat.simulate import simulate_on_grid
 from jaxsat.spacecraft import MagneticRods, SolarPanels, Spacecraft, box_normals
 from jaxsat.torques import (
-    MUNIN_TORQUES,
     BodyEnvironment,
     GravityGradient,
     LinearRodsTorque,
     PermanentMagnet,
     gravity_gradient_torque,
     magnetic_torque,
+    torques_of,
 )
 
 MU = 3.986004415e14
@@ -60,7 +60,7 @@ def test_textbook_value(name):
 
 
 def test_model_of_munin_is_the_three_together():
-    total = sum(np.asarray(torque(craft_with(), around())) for torque in MUNIN_TORQUES)
+    total = sum(np.asarray(torque(craft_with(), around())) for torque in torques_of(craft_with()))
     np.testing.assert_allclose(total, sum(TEXTBOOK.values()), rtol=1e-13)
 
 

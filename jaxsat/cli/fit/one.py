@@ -1,6 +1,5 @@
 """One file of a fit: prepared, fitted, written whole or not at all, summed up on the terminal."""
 
-import dataclasses
 import importlib
 import sys
 import threading
@@ -90,10 +89,7 @@ def fit_one(
         with StageProgress(prepared.label) as progress:
             found = fit_prepared(prepared, settings.satellite, settings.fit, progress=progress, **asked)
             progress("writing results", 0, 0)
-            timing = {**before, **found.result.timing_s}
-            timing["prepare"] += before["prepare"]
-            found = dataclasses.replace(found, result=dataclasses.replace(found.result, timing_s=timing))
-            result, warnings = found.write_into(stage, plots=plots, began=clock.began)
+            result, warnings = found.after(before).write_into(stage, plots=plots, began=clock.began)
     if not quiet:
         show(fit_summary(result, prepared.label), f"\nresults in {directory}")
     for warning in warnings:

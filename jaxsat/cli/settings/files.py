@@ -7,7 +7,7 @@ from pathlib import Path
 from pydantic import BaseModel
 
 from jaxsat.cli.settings.sections import Config as Config
-from jaxsat.files.toml_files import read_toml, validated
+from jaxsat.files.toml_files import read_toml, validated, with_values
 
 
 def load_config(path: str | Path | None = None, overrides: Mapping[str, object] | None = None) -> Config:
@@ -17,12 +17,7 @@ def load_config(path: str | Path | None = None, overrides: Mapping[str, object] 
     syntax error.
     """
     data = {} if path is None else read_toml(path, kind="TOML configuration")
-    for key, value in (overrides or {}).items():
-        section, _, name = key.partition(".")
-        # A section that is no table is left as it is, for the validation to refuse.
-        if isinstance(data.setdefault(section, {}), dict):
-            data[section][name] = value
-    return validated(Config, data, path)
+    return validated(Config, with_values(data, overrides), path)
 
 
 def template() -> str:

@@ -1,8 +1,10 @@
-"""Where results go if nobody says: one name a command, which `.gitignore` knows by its pattern."""
+"""Where a command writes when nobody says where: `jaxsat-COMMAND` in the working directory, which git ignores."""
 
 from pathlib import Path
 
+PREFIX = "jaxsat-"
+
 
 def default_folder(command: str) -> Path:
-    """Returns the default of `--out` of a command."""
-    return Path(f"jaxsat-{command}")
+    """Default output folder of a command."""
+    return Path(f"{PREFIX}{command}")

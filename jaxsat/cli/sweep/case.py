@@ -1,10 +1,8 @@
-"""The files of a single case of a sweep: case.json, history.csv and history.png."""
+"""The files of a single case of a sweep: case.json, and of its history history.csv, history.png and a page."""
 
 import csv
-import dataclasses
-import functools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,55 +13,53 @@ from jaxsat.cli.sweep.files import case_summary
 from jaxsat.errors import InputError
 from jaxsat.files.json_files import plain, write_json
 from jaxsat.files.staging import staged_directory
-from jaxsat.sweep import Factory, Scenario, SweepPlan, read_plan, run_cases
+from jaxsat.sweep import History, Page, Scenario, SweepPlan, chunk_of, read_plan, run_cases
 
 SCHEMA = "jaxsat.sweep-case/1"
 FILES = ("history.csv", "history.png", "search.html", "case.json")
-"""All names that a case may have; a scenario's replay may add others."""
+"""All names that a case may have."""
 
 
-Replay = Callable[[Mapping[str, str], int, int, Path], None]
-"""Writes the files of a case from all options, the seed, the case's number and the directory."""
-
-
-def with_replay(factory: Factory, replay: Replay) -> Factory:
-    """Returns the factory of the same scenarios, whose cases can be replayed."""
-
-    def build(options: Mapping[str, str]) -> Scenario:
-        return dataclasses.replace(factory(options), replay=functools.partial(replay, options))
-
-    return dataclasses.replace(factory, build=build)
-
-
-def write_history(
-    directory: Path,
-    t_s: np.ndarray,
-    columns: Mapping[str, np.ndarray],
-    panels: Mapping[str, Mapping[str, np.ndarray]],
-    *,
-    title: str,
-    subtitle: str = "",
-) -> None:
-    """Writes history.csv with `columns` [time], units in their names, and history.png with `panels`.
-
-    The latter are those of `jaxsat.plotting.history.draw_history`.
-    """
+def write_history(directory: Path, history: History, scenario: Scenario, *, seed: int, case: int) -> None:
+    """Writes history.csv, history.png and, where the history has a page, that."""
     from jaxsat.plotting import png_bytes
     from jaxsat.plotting.history import draw_history
 
     with (directory / "history.csv").open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(["t_s", *columns])
-        rows = np.column_stack([t_s, *columns.values()]).tolist()
+        writer.writerow(["t_s", *history.columns])
+        rows = np.column_stack([history.t_s, *history.columns.values()]).tolist()
         writer.writerows([f"{x:.10g}" if math.isfinite(x) else "" for x in row] for row in rows)
-    figure = draw_history(t_s, panels, title=title, subtitle=subtitle)
-    (directory / "history.png").write_bytes(png_bytes(figure))
+    title = f"{scenario.name.replace('-', ' ').capitalize()}, case {case}"
+    subtitle = ", ".join(filter(None, [f"seed {seed}", history.remark]))
+    png = png_bytes(draw_history(history.t_s, history.panels, title=title, subtitle=subtitle))
+    (directory / "history.png").write_bytes(png)
+    if history.page is not None:
+        text = case_page(history.page, png, scenario.assumptions, title=title, subtitle=subtitle)
+        (directory / f"{history.page.script}.html").write_text(text, encoding="utf-8")
+
+
+def case_page(shown: Page, png: bytes, assumptions: Sequence[str], *, title: str, subtitle: str) -> str:
+    """Returns the page of a case; `png` is its picture for whoever has no script."""
+    from jaxsat.report import Live, Picture, Remarks, page
+
+    picture = Picture(title, png, shown.alternative)
+    return page(
+        title,
+        subtitle=subtitle,
+        verdict="good" if shown.good else "bad",
+        verdict_text=shown.verdict,
+        message=shown.message,
+        sections=[Live(shown.script, shown.heading, picture), Remarks("Assumed", assumptions)],
+        data=shown.data,
+        script=shown.script,
+    )
 
 
 def case_document(scenario: Scenario, seed: int, case: int, options: Mapping[str, str]) -> dict[str, Any]:
     """Runs the chunk of a case and returns the content of case.json: the very numbers that a sweep has of it."""
     own = case % scenario.chunk
-    found = run_cases(scenario, seed, case - own + np.arange(scenario.chunk, dtype=np.int64))
+    found = run_cases(scenario, seed, chunk_of(case, scenario.chunk))
     return {
         "schema": SCHEMA,
         "scenario": scenario.name,
@@ -86,8 +82,8 @@ def write_case(scenario: Scenario, plan: SweepPlan, out: Path, case: int) -> int
     directory = out / f"case-{case}"
     with staged_directory(directory, FILES) as stage:
         content = case_document(scenario, plan.seed, case, plan.options)
-        if scenario.replay is not None:
-            scenario.replay(plan.seed, case, stage)
+        if scenario.history is not None:
+            write_history(stage, scenario.history(plan.seed, case), scenario, seed=plan.seed, case=case)
         write_json(stage / "case.json", plain(content)[0])
     show(case_summary(content), f"\nresults in {directory}")
     return 0

@@ -7,12 +7,14 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import CycloptsError, Parameter, validators
 
+from jaxsat.cli.shared.folders import default_folder
 from jaxsat.cli.shared.options import whole_number
+from jaxsat.cli.sweep.defaults import CASES, SEED
 from jaxsat.cli.sweep.scenarios import SCENARIOS, address_of
 
-CASES, SEED = 1000, 0
 LARGEST = 10**9
 """Case numbers stay below what a random key can tell apart, 2^32."""
+FOLDER = default_folder("sweep")
 
 
 def _check_scenario(_: Any, value: str | None) -> None:
@@ -80,7 +82,7 @@ def sweep(
             validator=_check_options,
         ),
     ] = None,
-    out: Annotated[Path, Parameter(help="Directory for the results.")] = Path("jaxsat-sweep"),
+    out: Annotated[Path, Parameter(help="Directory for the results.")] = FOLDER,
     resume: Annotated[bool, Parameter(help="Finish the sweep in DIR: run what is missing.", negative=())] = False,
     shard: Annotated[
         str | None,

@@ -8,11 +8,11 @@ from pathlib import Path
 from cyclopts import CycloptsError
 
 from jaxsat import numerics
-from jaxsat.cli.sweep.command import CASES, SEED
+from jaxsat.cli.sweep.defaults import CASES, SEED
 from jaxsat.cli.sweep.scenarios import SCENARIOS, address_of
 from jaxsat.errors import InputError
 from jaxsat.sweep import Scenario, Source, SweepPlan, read_plan
-from jaxsat.sweep.plan import versions
+from jaxsat.versions import LAST_DIGITS, versions
 
 PREPARE = "jaxsat.numerics:set_up_jax"
 
@@ -52,4 +52,5 @@ class Request:
             raise CycloptsError(msg=str(error)) from None
         seed = self.seed if self.seed is not None else stored.seed if stored else SEED
         cases = self.cases if self.cases is not None else stored.cases if stored else CASES
-        return source, made, SweepPlan(made.name, seed, dict(source.options), made.chunk, cases, versions())
+        plan = SweepPlan(made.name, seed, dict(source.options), made.chunk, cases, versions(LAST_DIGITS))
+        return source, made, plan

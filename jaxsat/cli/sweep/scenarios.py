@@ -1,7 +1,11 @@
-"""The scenarios that `jaxsat sweep` knows; a new one is a line in this table."""
+"""The scenarios that `jaxsat sweep` knows: the files of `jaxsat/sweep/scenarios`, read without being imported."""
 
+import ast
 from dataclasses import dataclass
 from difflib import get_close_matches
+from pathlib import Path
+
+FOLDER = Path(__file__).parents[2] / "sweep" / "scenarios"
 
 
 @dataclass(frozen=True)
@@ -13,20 +17,27 @@ class Entry:
     summary: str
 
 
-SCENARIOS: dict[str, Entry] = {
-    "sun-pointing": Entry(
-        "jaxsat.cli.sun_pointing:make", "a spacecraft with a pyramid Sun sensor finds the Sun and holds it"
-    ),
-    "emergency-mode": Entry(
-        "jaxsat.cli.emergency_mode:make", "a satellite with magnetic coils turns into its orbital attitude"
-    ),
-    "earth-search": Entry(
-        "jaxsat.cli.earth_search:make", "a spacecraft with four horizon sensors finds the Earth and tracks it"
-    ),
-    "gravity-gradient": Entry(
-        "jaxsat.cli.gravity_gradient:make", "a satellite under gravity gradient, let go at random: upright or tumbling"
-    ),
-}
+def found_in(folder: Path, package: str) -> dict[str, Entry]:
+    """The scenarios of a package's folder by their names: the file's, with dashes.
+
+    Each file has a factory `make`; the first line of its docstring is the summary. A file whose name begins with an
+    underscore is part of another.
+    """
+    files = sorted(path for path in folder.glob("*.py") if not path.stem.startswith("_"))
+    return {
+        path.stem.replace("_", "-"): Entry(f"{package}.{path.stem}:make", _summary(path.read_text("utf-8")))
+        for path in files
+    }
+
+
+def _summary(source: str) -> str:
+    """First line of a module's docstring as it stands after a colon."""
+    line = (ast.get_docstring(ast.parse(source)) or "").partition("\n")[0].rstrip(".")
+    # Not of an acronym.
+    return line if line[1:2].isupper() else line[:1].lower() + line[1:]
+
+
+SCENARIOS = found_in(FOLDER, "jaxsat.sweep.scenarios")
 
 
 def address_of(name: str) -> str:

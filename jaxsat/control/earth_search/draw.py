@@ -10,9 +10,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Key
 
 from jaxsat.constants import EARTH_MU, EARTH_RADIUS_MEAN
-from jaxsat.control.earth_search.loop import SearchCases
+from jaxsat.control.earth_search.cases import Cases
 from jaxsat.control.earth_search.sensing import EarthScene
-from jaxsat.control.earth_search.vehicle import MOUNTING_DEG, search_craft
+from jaxsat.control.earth_search.vehicle import MOUNTING_DEG, nominal_vehicle
 from jaxsat.environment.albedo.infrared import MEAN_BRIGHTNESS, MIN_BRIGHTNESS
 from jaxsat.environment.moon import moon_position
 from jaxsat.environment.sun import sun_direction
@@ -24,7 +24,7 @@ CENTURIES = 0.19
 
 
 @dataclass(frozen=True)
-class SearchDraw:
+class Dispersions:
     """What the cases are drawn from."""
 
     size: str = "large"
@@ -40,16 +40,16 @@ class SearchDraw:
     """Of the sensors from the body axis [rad]."""
 
 
-def draw_cases(drawn: SearchDraw, keys: Key[Array, " cases"]) -> SearchCases:
+def draw_cases(dispersions: Dispersions, keys: Key[Array, " cases"]) -> Cases:
     """One case for each key; a case does not depend on how many there are."""
-    drawn_each = jax.vmap(lambda key: _case(drawn, key))(keys)
-    craft = search_craft(drawn.size, drawn.mounting)
-    if drawn.failure != "none":
+    drawn = jax.vmap(lambda key: _case(dispersions, key))(keys)
+    vehicle = nominal_vehicle(dispersions.size, dispersions.mounting)
+    if dispersions.failure != "none":
         which = jax.vmap(lambda key: jax.random.randint(jax.random.fold_in(key, 1), (), 0, 4))(keys)
         failed = which[:, None] == jnp.arange(4)[None]
-        place = {"replaced": "on_spare", "silent": "silent", "stuck": "stuck"}[drawn.failure]
-        craft = eqx.tree_at(lambda craft: getattr(craft, place), craft, failed)
-    return SearchCases(craft=craft, **drawn_each)
+        place = {"replaced": "on_spare", "silent": "silent", "stuck": "stuck"}[dispersions.failure]
+        vehicle = eqx.tree_at(lambda vehicle: getattr(vehicle, place), vehicle, failed)
+    return Cases(vehicle=vehicle, **drawn)
 
 
 def scene_at(radius, sun, moon, moon_lit, brightness) -> EarthScene:
@@ -58,14 +58,14 @@ def scene_at(radius, sun, moon, moon_lit, brightness) -> EarthScene:
     return EarthScene(disk, jnp.cos(disk), radius / EARTH_RADIUS_MEAN, sun, moon, moon_lit, brightness)
 
 
-def _case(drawn: SearchDraw, key) -> dict[str, Any]:
+def _case(dispersions: Dispersions, key) -> dict[str, Any]:
     keys = jax.random.split(key, 9)
     q = quaternion.normalize(jax.random.normal(keys[0], (4,)))
-    w = math.radians(drawn.max_rate_deg_s) * jax.random.uniform(keys[1], (3,), minval=-1.0)
+    w = math.radians(dispersions.max_rate_deg_s) * jax.random.uniform(keys[1], (3,), minval=-1.0)
     # Any orbital plane, any place in it.
     up = unit(jax.random.normal(keys[2], (3,)))
     along = unit(cross(unit(jax.random.normal(keys[3], (3,))), up))
-    altitude = drawn.altitude_km + drawn.altitude_spread_km * jax.random.uniform(keys[4], minval=-1.0)
+    altitude = dispersions.altitude_km + dispersions.altitude_spread_km * jax.random.uniform(keys[4], minval=-1.0)
     radius = EARTH_RADIUS_MEAN + 1e3 * altitude
     centuries = CENTURIES * jax.random.uniform(keys[5])
     sun, _ = sun_direction(centuries)
@@ -73,7 +73,7 @@ def _case(drawn: SearchDraw, key) -> dict[str, Any]:
     # Full where the Sun is opposite; the phase angle is 180 deg less the elongation, to 0.15 deg.
     lit = 0.5 * (1.0 - jnp.cos(angle_between(moon, sun)))
     level = MIN_BRIGHTNESS + (MEAN_BRIGHTNESS - MIN_BRIGHTNESS) * jax.random.uniform(keys[6])
-    brightness = jnp.asarray(MEAN_BRIGHTNESS) if drawn.even else level
+    brightness = jnp.asarray(MEAN_BRIGHTNESS) if dispersions.even else level
     return dict(
         quaternion=q,
         angular_velocity=w,

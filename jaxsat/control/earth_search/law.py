@@ -57,6 +57,21 @@ class EarthSearchLaw(eqx.Module):
     from tracking to the approach, not to the search, while there are signals left."""
 
 
+def search_law(size: str = "large", strategy: str = "published") -> EarthSearchLaw:
+    """The law of a `large` or a `small` spacecraft.
+
+    `published`: 0.25 and 0.1, or 2 and 0.8 deg/s, and 0.01 deg/s while tracking. `fast`: approach and corrections at
+    the rate of the search. `guarded`: that; an approach ends after 120 deg, a blind turn comes back, and what is lost
+    while tracking is approached again.
+    """
+    search, approach = (jnp.radians(x) for x in {"large": (0.25, 0.1), "small": (2.0, 0.8)}[size])
+    if strategy == "published":
+        return EarthSearchLaw(search, approach)
+    if strategy == "fast":
+        return EarthSearchLaw(search, search, search)
+    return EarthSearchLaw(search, search, search, approach_turn=jnp.radians(120.0), returns=jnp.asarray(True))
+
+
 class Signals(eqx.Module):
     """What the four sensors say, in the order +x, +y, -x, -y."""
 

@@ -10,7 +10,7 @@ from jaxtyping import Array, Bool, Float
 
 from jaxsat.constants import AU, SUN_RADIUS
 from jaxsat.control.earth_search.law import Signals
-from jaxsat.control.earth_search.vehicle import FIELD_DEG, MOON_SIGNAL, SUN_MARGIN_DEG, SUN_SIGNAL, EarthSearchCraft
+from jaxsat.control.earth_search.vehicle import FIELD_DEG, MOON_SIGNAL, SUN_MARGIN_DEG, SUN_SIGNAL, EarthSearchVehicle
 from jaxsat.environment.albedo.infrared import MEAN_BRIGHTNESS, MIN_BRIGHTNESS, VARIATION, BrightnessMap
 from jaxsat.sensors.horizon_sensor import (
     band_harmonics,
@@ -57,7 +57,7 @@ class Seen(eqx.Module):
 
 
 def sense(
-    craft: EarthSearchCraft,
+    vehicle: EarthSearchVehicle,
     scene: EarthScene,
     dcm_eci_from_body: Float[Array, "3 3"],
     up_eci: Float[Array, "3"],
@@ -75,20 +75,20 @@ def sense(
     `coin` in [0, 1) decides on presence inside the disk where that is `random`; `field` None is an even Earth.
     """
     # Held: what is used several times is not to be computed for each of its uses.
-    sensor, hold = craft.sensor, jax.lax.optimization_barrier
+    sensor, hold = vehicle.sensor, jax.lax.optimization_barrier
     nadir = -(up_eci @ dcm_eci_from_body)
     cosine_of_disk = scene.cosine_of_disk
     sun_body, moon_body = scene.sun @ dcm_eci_from_body, scene.moon @ dcm_eci_from_body
     nadir, sun_body, moon_body = hold((nadir, sun_body, moon_body))
-    azimuths, muted = craft.azimuths, jnp.zeros(4, bool)
-    azimuths = jnp.where(craft.on_spare[:, None], craft.spare_azimuths, azimuths)
+    azimuths, muted = vehicle.azimuths, jnp.zeros(4, bool)
+    azimuths = jnp.where(vehicle.on_spare[:, None], vehicle.spare_azimuths, azimuths)
     sun_up = sun_body @ nadir < cosine_of_disk
     if sun == "blocked":
         margin = math.radians(SUN_MARGIN_DEG + FIELD_DEG) + SUN_ANGLE
         struck = hold(sun_up & _strikes(sensor, azimuths, sun_body, margin))
-        azimuths = hold(jnp.where((struck & ~craft.on_spare)[:, None], craft.spare_azimuths, azimuths))
+        azimuths = hold(jnp.where((struck & ~vehicle.on_spare)[:, None], vehicle.spare_azimuths, azimuths))
         # A spare in use has none of its own.
-        muted = (struck & craft.on_spare) | (struck & _strikes(sensor, azimuths, sun_body, margin))
+        muted = (struck & vehicle.on_spare) | (struck & _strikes(sensor, azimuths, sun_body, margin))
 
     along_centre, along_scan = hold(_in_plane(sensor, azimuths, nadir))
     v1, v2 = hold(chord_on_scan(along_centre, along_scan, cosine_of_disk, sensor.amplitude))
@@ -128,7 +128,7 @@ def sense(
         present = present & ~whole
     elif inside == "random":
         present = jnp.where(whole, coin < 0.5, present)
-    present = (present & ~(muted | craft.silent)) | craft.stuck
+    present = (present & ~(muted | vehicle.silent)) | vehicle.stuck
     # The height is known on board: where the horizon stands with z to the nadir is taken off.
     offset = -sensor.amplitude * normalised_output(first, second) - (sensor.cone_angle - scene.disk)
     return Seen(Signals(present, offset), first, azimuths, whole)

@@ -10,7 +10,6 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from jaxsat.control.earth_search.law import EarthSearchLaw
 from jaxsat.math import float_array
 from jaxsat.sensors.horizon_sensor import HorizonSensor
 
@@ -28,7 +27,7 @@ SUN_SIGNAL = 400.0
 """Of the Sun over the same: black bodies of 5800 and 220 K at 15 um."""
 
 
-class EarthSearchCraft(eqx.Module):
+class EarthSearchVehicle(eqx.Module):
     """Actuators and sensors of one spacecraft."""
 
     sensor: HorizonSensor
@@ -47,7 +46,7 @@ class EarthSearchCraft(eqx.Module):
     """Time constant with which the rate follows the command [s]."""
 
 
-def search_craft(size: str = "large", mounting: float = math.radians(MOUNTING_DEG)) -> EarthSearchCraft:
+def nominal_vehicle(size: str = "large", mounting: float = math.radians(MOUNTING_DEG)) -> EarthSearchVehicle:
     """A sound spacecraft, `large` (0.005 deg/s^2, 20 s) or `small` (0.2 deg/s^2, 2 s).
 
     `mounting` is the angle of the sensors from the axis [rad].
@@ -56,7 +55,7 @@ def search_craft(size: str = "large", mounting: float = math.radians(MOUNTING_DE
     turned = math.radians(SPARE_AZIMUTH_DEG)
     c, s = math.cos(turned), math.sin(turned)
     none = jnp.zeros(4, bool)
-    return EarthSearchCraft(
+    return EarthSearchVehicle(
         sensor=HorizonSensor(mounting),
         azimuths=jnp.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]),
         spare_azimuths=jnp.array([[c, s], [-s, c], [-c, -s], [s, -c]]),
@@ -66,18 +65,3 @@ def search_craft(size: str = "large", mounting: float = math.radians(MOUNTING_DE
         acceleration=math.radians(acceleration_deg),
         lag=lag,
     )
-
-
-def search_law(size: str = "large", strategy: str = "published") -> EarthSearchLaw:
-    """The law of a `large` or a `small` spacecraft.
-
-    `published`: 0.25 and 0.1, or 2 and 0.8 deg/s, and 0.01 deg/s while tracking. `fast`: approach and corrections at
-    the rate of the search. `guarded`: that; an approach ends after 120 deg, a blind turn comes back, and what is lost
-    while tracking is approached again.
-    """
-    search, approach = (jnp.radians(x) for x in {"large": (0.25, 0.1), "small": (2.0, 0.8)}[size])
-    if strategy == "published":
-        return EarthSearchLaw(search, approach)
-    if strategy == "fast":
-        return EarthSearchLaw(search, search, search)
-    return EarthSearchLaw(search, search, search, approach_turn=jnp.radians(120.0), returns=jnp.asarray(True))

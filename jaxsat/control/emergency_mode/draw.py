@@ -3,12 +3,12 @@
 import math
 from dataclasses import dataclass
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Key
 
-from jaxsat.control.emergency_mode.loop import EmergencyState, first_state
+from jaxsat.control.emergency_mode.cases import Cases
+from jaxsat.control.emergency_mode.loop import first_state
 from jaxsat.control.emergency_mode.orbit import Leg
 from jaxsat.control.emergency_mode.vehicle import EmergencyVehicle, nominal_vehicle
 from jaxsat.math import inverse_3x3, quaternion, unit
@@ -31,15 +31,6 @@ class Dispersions:
     """1-sigma of the true field over the model: of its size, relative, and of its direction, rad."""
     magnetometer: float = 0.0
     """1-sigma of the elements of the magnetometer's matrix."""
-
-
-class Cases(eqx.Module):
-    """Random cases; leaves with the cases in front."""
-
-    state: EmergencyState
-    vehicle: EmergencyVehicle
-    key: Key[Array, "*cases"]
-    """Of the noise."""
 
 
 def draw_cases(dispersions: Dispersions, leg: Leg, keys: Key[Array, " cases"]) -> Cases:

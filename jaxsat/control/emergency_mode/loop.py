@@ -13,6 +13,7 @@ from jaxtyping import Array, Bool, Float
 from jaxsat.control.attitude_error import modified_rodrigues
 from jaxsat.control.emergency_mode.law import EmergencyLaw, wanted_torque
 from jaxsat.control.emergency_mode.orbit import Leg, wanted_attitude
+from jaxsat.control.emergency_mode.rotating_panels import inertia_at, panel_torque
 from jaxsat.control.emergency_mode.vehicle import (
     CALM_S,
     CONTROL_PERIOD_S,
@@ -23,7 +24,6 @@ from jaxsat.control.emergency_mode.vehicle import (
     turned_panels,
 )
 from jaxsat.control.magnetic_actuator import actuator_dipole
-from jaxsat.control.rotating_panels import inertia_at, panel_torque
 from jaxsat.dynamics import rigid_body_rates
 from jaxsat.environment.orbit.sampled import hermite_coefficients
 from jaxsat.math import cross, inverse_3x3, quaternion
@@ -61,7 +61,7 @@ class Filtered(eqx.Module):
     """[T]"""
 
 
-class EmergencyState(eqx.Module):
+class LoopState(eqx.Module):
     """One satellite and the memory of its computer."""
 
     quaternion: Float[Array, "4"]
@@ -106,7 +106,7 @@ def errors(
 
 def first_state(
     leg: Leg, off: Float[Array, "4"], angular_velocity: Float[Array, "3"], vehicle: EmergencyVehicle
-) -> EmergencyState:
+) -> LoopState:
     """Nothing done yet; at the leg's first node the attitude is `off`, wanted-from-body, with an inertial rate."""
     leg = jax.tree.map(lambda leaf: leaf[0], leg)
     wanted = quaternion.from_dcm(wanted_attitude(leg.position_eci, leg.normal_eci))
@@ -114,20 +114,20 @@ def first_state(
     found, rate_error, _ = errors(leg, q, angular_velocity)
     seen = Filtered(4.0 * modified_rodrigues(found), rate_error, _field_body(vehicle, leg.b_field_eci, q))
     zero = jnp.asarray(0.0)
-    return EmergencyState(q, angular_velocity, seen, jnp.zeros(3), jnp.asarray(False), zero, zero, zero)
+    return LoopState(q, angular_velocity, seen, jnp.zeros(3), jnp.asarray(False), zero, zero, zero)
 
 
 def one_period(
-    law: EmergencyLaw,
     supervisor: Supervisor,
+    law: EmergencyLaw,
     vehicle: EmergencyVehicle,
     nodes: tuple[Leg, Leg, Leg],
-    state: EmergencyState,
+    state: LoopState,
     noise: Float[Array, "9"] | None,
     *,
     periods: int = 1,
     actuator: Actuator = actuator_dipole,
-) -> tuple[EmergencyState, Sample]:
+) -> tuple[LoopState, Sample]:
     """One control period of 16 s, from its begin over its middle to its end; `noise` are unit normal numbers.
 
     Where the actuator is off several `periods` may be taken in one step. `actuator` gives the dipole for a torque.
@@ -144,7 +144,7 @@ def one_period(
 
     q, w = moved(vehicle, nodes, state.quaternion, state.angular_velocity, dipole, period)
     seen, (off, rate_error) = _measured(vehicle, nodes, state, q, w, noise, periods)
-    after = EmergencyState(
+    after = LoopState(
         quaternion=q,
         angular_velocity=w,
         seen=seen,
@@ -161,7 +161,7 @@ def one_period(
 
 
 def supervised(
-    supervisor: Supervisor, state: EmergencyState, period: float = CONTROL_PERIOD_S
+    supervisor: Supervisor, state: LoopState, period: float = CONTROL_PERIOD_S
 ) -> tuple[Bool[Array, ""], Float[Array, ""]]:
     """Whether the actuator works in the period to come, and for how long [s] the error has been small by its end."""
     size2 = jnp.sum(state.seen.error**2)

@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxsat.constants import EARTH_EQUATORIAL_RADIUS, EARTH_ROTATION_RATE
+from jaxsat.control.emergency_mode.rotating_panels import PanelAngle, PanelMotion, facing_sun, panel_motion
 from jaxsat.control.emergency_mode.vehicle import CONTROL_PERIOD_S, HEIGHT_KM, INCLINATION_DEG, NODE_DEG, START_UTC
-from jaxsat.control.rotating_panels import PanelAngle, PanelMotion, facing_sun, panel_motion
 from jaxsat.environment import (
     MOON_MU,
     SUN_MU,

@@ -26,7 +26,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxsat.control.rotating_panels import PARKED, dcm_body_from_panels
+from jaxsat.control.emergency_mode.rotating_panels import PARKED, dcm_body_from_panels
 from jaxsat.spacecraft import Facets
 
 MASS_KG = 6500.0

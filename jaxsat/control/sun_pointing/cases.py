@@ -1,17 +1,15 @@
-"""Many cases of Sun pointing at once: the closed loop replayed on arrays over the cases, in one scan."""
+"""Many cases of Sun pointing at once, or one of them with its history."""
 
 import functools
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
-from jaxtyping import Array, Float, Key
+from jaxtyping import Array, Float, Int, Key
 
+from jaxsat.control import closed_loop
 from jaxsat.control.sun_pointing.law import SunPointingLaw
 from jaxsat.control.sun_pointing.loop import LoopSettings, LoopState, Sample, first_state, one_period
 from jaxsat.control.sun_pointing.vehicle import SunPointingVehicle, nominal_vehicle
-from jaxsat.math.case_scan import scan_cases
-from jaxsat.math.scalars import elements
 
 NOISES = 11
 """Random numbers of one control period: eight detectors, three rates."""
@@ -37,34 +35,28 @@ def run_cases(
 
     The law's leaves may have the cases in front as well.
     """
-    craft, plan = jax.eval_shape(nominal_vehicle), jax.eval_shape(SunPointingLaw)
-
-    def step(law, vehicle, state, *noise):
-        return one_period(settings, law, vehicle, sun_eci, state, noise[0] if noise else None)[0]
-
-    def noise(number):
-        one = jax.vmap(lambda key: jax.random.normal(jax.random.fold_in(key, number), (NOISES,)))(cases.key)
-        return (elements(one.T, element_rank=1),)
-
     start = jax.vmap(functools.partial(first_state, settings))(cases.quaternion, cases.angular_velocity)
-    fixed = (law, cases.vehicle), (plan, craft)
-    if not settings.noisy:
-        return scan_cases(step, *fixed, start, periods)
-    like = jax.ShapeDtypeStruct((NOISES,), cases.quaternion.dtype)
-    return scan_cases(step, *fixed, start, periods, drawn=noise, drawn_like=(like,))
+    return closed_loop.run_cases(_loop(settings, sun_eci), (law, cases.vehicle), start, cases.key, periods)
 
 
 def run_one(
-    settings: LoopSettings, law: SunPointingLaw, case: Cases, sun_eci: Float[Array, "3"], periods: int
+    settings: LoopSettings,
+    law: SunPointingLaw,
+    cases: Cases,
+    sun_eci: Float[Array, "3"],
+    periods: int,
+    *,
+    number: int | Int[Array, ""] = 0,
 ) -> tuple[LoopState, Sample]:
-    """Final state and history [periods ...] of a single case, `Cases` of one."""
-    vehicle = jax.tree.map(
-        lambda leaf, like: leaf[0] if leaf.ndim > like.ndim else leaf, case.vehicle, jax.eval_shape(nominal_vehicle)
-    )
-    start = first_state(settings, case.quaternion[0], case.angular_velocity[0])
+    """Final state and history [periods ...] of one of the cases, by its number."""
+    start = first_state(settings, cases.quaternion[number], cases.angular_velocity[number])
+    loop, fixed = _loop(settings, sun_eci), (law, cases.vehicle)
+    return closed_loop.run_one(loop, fixed, start, cases.key[number], periods, number=number)
 
-    def advance(state, number):
-        noise = jax.random.normal(jax.random.fold_in(case.key[0], number), (NOISES,)) if settings.noisy else None
+
+def _loop(settings, sun_eci):
+    def period(law, vehicle, state, noise):
         return one_period(settings, law, vehicle, sun_eci, state, noise)
 
-    return jax.lax.scan(advance, start, jnp.arange(periods))
+    like = (jax.eval_shape(SunPointingLaw), jax.eval_shape(nominal_vehicle))
+    return closed_loop.ClosedLoop(period, like, closed_loop.normals(NOISES) if settings.noisy else None)

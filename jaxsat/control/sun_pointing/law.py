@@ -12,8 +12,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from jaxsat.control.attitude_error import modified_rodrigues, rate_command, turn_toward
-from jaxsat.math import cross, float_array
+from jaxsat.control.attitude_error import modified_rodrigues, rate_command
+from jaxsat.math import cross, float_array, quaternion
 
 DAMPING, SEARCH, SLEW, HOLD = 0, 1, 2, 3
 MODES = ("damping", "search", "slew", "hold")
@@ -91,7 +91,8 @@ def decide(
     gyro's [rad/s].
     """
     target = law.target()
-    q = turn_toward(target, sun)
+    # About target x Sun, which Zhukov (2019, eq. 27) has the other way round and not as a unit vector.
+    q = quaternion.shortest_turn(target, sun)
     # In instrument axes; its vector part turns into body axes as any vector.
     error = jax.lax.optimization_barrier(body_from_instrument @ modified_rodrigues(q))
     # Squares of tan(angle / 4) and of the rate: comparisons need no roots.

@@ -100,7 +100,7 @@ class HarmonicGravity(AbstractAcceleration):
     ) -> Float[Array, "3"]:
         """Return the acceleration [m/s^2]."""
         c, s = given
-        return _turned(self.field(_turned(position_eci, c, -s)), c, s)
+        return _about_pole(self.field(_about_pole(position_eci, c, -s)), c, s)
 
 
 def third_body_acceleration(
@@ -218,7 +218,7 @@ class SolarPressure(AbstractAcceleration):
         return -lit * self.pressure * (AU / distance) ** 2 * self.area_to_mass / distance * to_sun
 
 
-def _turned(vector: Float[Array, "3"], c: Float[Array, ""], s: Float[Array, ""]) -> Float[Array, "3"]:
+def _about_pole(vector: Float[Array, "3"], c: Float[Array, ""], s: Float[Array, ""]) -> Float[Array, "3"]:
     """The vector turned about the pole by the angle with cosine c and sine s."""
     x, y, z = vector[0], vector[1], vector[2]
     return jnp.stack([c * x - s * y, s * x + c * y, z])

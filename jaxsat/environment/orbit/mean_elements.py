@@ -76,13 +76,13 @@ def true_from_teme(
     velocities are made the derivatives of the new components, 4e-5 m/s beyond the turn in a low orbit.
     """
     angle, rate = _equinox_difference(epoch, t_s)
-    velocity = _turned(velocity_teme, angle) + rate[:, None] * _turned(
+    velocity = _about_pole(velocity_teme, angle) + rate[:, None] * _about_pole(
         np.stack([-position_teme[:, 1], position_teme[:, 0], np.zeros(len(t_s))], axis=1), angle
     )
-    return _turned(position_teme, angle), velocity
+    return _about_pole(position_teme, angle), velocity
 
 
-def _turned(vectors: np.ndarray, angle: np.ndarray) -> np.ndarray:
+def _about_pole(vectors: np.ndarray, angle: np.ndarray) -> np.ndarray:
     c, s = np.cos(angle), np.sin(angle)
     x, y, z = vectors.T
     return np.stack([c * x - s * y, s * x + c * y, z], axis=1)

@@ -1,7 +1,8 @@
-"""Earth search with four horizon sensors: how long it takes from any attitude, if it ends (Melnikov et al. 2022).
+"""A spacecraft with four horizon sensors finds the Earth and tracks it.
 
-A case has succeeded where it tracks the Earth at the end of the simulated time, with body z near the nadir, and has for
-30 control periods; its search time is when tracking began for good. What decides the result is assumed: `ASSUMPTIONS`.
+How long that takes from any attitude, if it ends (Melnikov et al. 2022). A case has succeeded where it tracks the Earth
+at the end of the simulated time, with body z near the nadir, and has for 30 control periods; its search time is when
+tracking began for good. What decides the result is assumed: `ASSUMPTIONS`.
 """
 
 import dataclasses
@@ -12,10 +13,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, case_keys
+from jaxsat.sweep.history import History
+from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, case_keys, chunk_of
 
 if TYPE_CHECKING:
-    from jaxsat.control.earth_search.loop import SearchCases, SearchSample, SearchSettings
+    from jaxsat.control.earth_search.loop import LoopSettings
 
 NAME = "earth-search"
 Size = Literal["large", "small"]
@@ -76,22 +78,22 @@ CAPTURED_DEG = 20.0
 
 @functools.lru_cache(maxsize=4)
 def _program(options: tuple[tuple[str, str], ...]):
-    """What the options say: settings, law, number of steps, field, `draw(keys)`, and the compiled `run(cases)`."""
+    """What the options say: settings, law, number of periods, field, `draw(keys)`, and the compiled `run(cases)`."""
     import jax
     import jax.numpy as jnp
 
     from jaxsat.constants import EARTH_RADIUS_MEAN
-    from jaxsat.control.earth_search.draw import Failure, SearchDraw, draw_cases
-    from jaxsat.control.earth_search.loop import SearchSettings, time_steps
+    from jaxsat.control.earth_search.draw import Dispersions, Failure, draw_cases
+    from jaxsat.control.earth_search.law import search_law
+    from jaxsat.control.earth_search.loop import LoopSettings
     from jaxsat.control.earth_search.sensing import Inside, SunChoice
-    from jaxsat.control.earth_search.vehicle import search_law
     from jaxsat.environment.albedo.infrared import random_brightness
 
     reader = Reader(dict(options))
     number, choice = reader.number, reader.choice
     size, strategy = choice("spacecraft", Size), choice("strategy", Strategy)
     period = number("period_s", low=0.0, high=30.0) or {"large": 4.0, "small": 0.5}[size]
-    settings = SearchSettings(
+    settings = LoopSettings(
         period_s=period,
         inside=choice("inside", Inside),
         sun=choice("sun", SunChoice),
@@ -102,7 +104,7 @@ def _program(options: tuple[tuple[str, str], ...]):
     mounting = math.radians(number("mounting_deg", low=0.0, high=85.0))
     mounting = mounting or math.asin(EARTH_RADIUS_MEAN / (EARTH_RADIUS_MEAN + 1e3 * altitude))
     even = choice("brightness", Literal["random", "even"]) == "even"
-    drawn = SearchDraw(
+    dispersions = Dispersions(
         size=size,
         altitude_km=altitude,
         altitude_spread_km=spread,
@@ -127,19 +129,19 @@ def _program(options: tuple[tuple[str, str], ...]):
     }
     law = dataclasses.replace(law, **changed)
     time = number("time_s", low=0.0, high=1e5) or {"large": 3600.0, "small": 900.0}[size]
-    steps = time_steps(time, settings)
+    periods = math.ceil(time / settings.period_s)
     field = None if even else random_brightness(0)
-    draw = jax.jit(functools.partial(draw_cases, drawn))
-    run = functools.partial(_compiled(settings, steps, even), law)
-    return settings, law, steps, field, draw, run
+    draw = jax.jit(functools.partial(draw_cases, dispersions))
+    run = functools.partial(_compiled(settings, periods, even), law)
+    return settings, law, periods, field, draw, run
 
 
 @functools.lru_cache(maxsize=8)
-def _compiled(settings: "SearchSettings", steps: int, even: bool):
+def _compiled(settings: "LoopSettings", periods: int, even: bool):
     """The compiled `run(law, cases)`, which every law shares."""
     import jax
 
-    from jaxsat.control.earth_search.loop import run_cases
+    from jaxsat.control.earth_search.cases import run_cases
     from jaxsat.environment.albedo.infrared import random_brightness
     from jaxsat.math.one_function import first_that_compiles, in_one_function
 
@@ -148,7 +150,7 @@ def _compiled(settings: "SearchSettings", steps: int, even: bool):
     wide = {"xla_cpu_prefer_vector_width": 512} if jax.default_backend() == "cpu" else None
 
     def searched(law, cases):
-        return run_cases(settings, law, cases, steps, field)
+        return run_cases(settings, law, cases, field, periods)
 
     def program(run):
         hold = HELD_PERIODS * settings.period_s
@@ -158,7 +160,7 @@ def _compiled(settings: "SearchSettings", steps: int, even: bool):
 
 
 def outcome(state: Any, hold_s: float) -> dict[str, Any]:
-    """Status and metrics of cases, from their final `SearchState`; tracked is what has been for `hold_s`."""
+    """Status and metrics of cases, from their final `LoopState`; tracked is what has been for `hold_s`."""
     import jax
     import jax.numpy as jnp
 
@@ -198,22 +200,50 @@ def _build(options: Mapping[str, str]) -> Scenario:
         *_, draw, run_drawn = _program(program)
         return jax.device_get(run_drawn(draw(case_keys(seed, cases))))
 
-    return Scenario(NAME, STATUSES, METRICS, CHUNK, run)
+    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=functools.partial(_history, program))
 
 
-make = Factory(_build, OPTIONS, ASSUMPTIONS)
+def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> History:
+    """What the four sensors said and where the Earth was.
 
-
-def history(options: Mapping[str, str], seed: int, case: int) -> "tuple[SearchSettings, SearchCases, SearchSample]":
-    """One case again: what the options set, the case by itself, and its history [steps ...].
-
-    Alone, so that where a threshold is nearly met a signal may come a step sooner or later than in its chunk.
+    Run alone, so that where a threshold is nearly met a signal may come a period sooner or later than in its chunk.
     """
     import jax
 
-    from jaxsat.control.earth_search.loop import run_one
+    from jaxsat.control.earth_search.cases import run_one
+    from jaxsat.control.earth_search.law import SENSORS
+    from jaxsat.sweep.scenarios._earth_search_page import search_page
 
-    settings, law, steps, field, draw, _ = _program(tuple(make.filled(options).items()))
-    cases = draw(case_keys(seed, np.array([case])))
-    _, samples = jax.jit(lambda cases: run_one(settings, law, cases, steps, field))(cases)
-    return settings, cases, jax.device_get(samples)
+    settings, law, periods, field, draw, _ = _program(program)
+    cases, own = draw(case_keys(seed, chunk_of(case, CHUNK))), case % CHUNK
+    run = jax.jit(lambda cases, number: run_one(settings, law, cases, field, periods, number=number)[1])
+    samples = jax.device_get(run(cases, own))
+    nadir, present, first = samples.nadir_body, samples.present, samples.first
+    rates, error = np.degrees(samples.angular_velocity), np.degrees(samples.error)
+    toward = {f"toward {c}": np.degrees(np.arctan2(nadir[:, k], nadir[:, 2])) for k, c in enumerate("xy")}
+    # Away from the body axis a jump by a whole turn is no motion.
+    shown = {name: np.where(np.abs(np.diff(v, prepend=v[0])) > 180.0, np.nan, v) for name, v in toward.items()}
+    columns = {
+        **{f"nadir_{c}": nadir[:, k] for k, c in enumerate("xyz")},
+        "error_deg": error,
+        **{f"present{name}": present[:, k].astype(float) for k, name in enumerate(SENSORS)},
+        **{f"first{name}_W_m2_sr": first[:, k] for k, name in enumerate(SENSORS)},
+        "mode": samples.mode,
+        **{f"rate_{c}_deg_s": rates[:, k] for k, c in enumerate("xyz")},
+    }
+    panels = {
+        "Earth's centre from body z, deg": {"angle": error, **shown},
+        "presence of the Earth, one line a sensor": {
+            name: np.where(present[:, k], 1.0 + k, np.nan) for k, name in enumerate(SENSORS)
+        },
+        "first harmonic, W/(m² sr)": {name: first[:, k] for k, name in enumerate(SENSORS)},
+        "angular rate, deg/s": dict(zip("xyz", rates.T, strict=True)),
+        "mode: 0 search, 1 approach, 2 track": {"": samples.mode},
+    }
+    t_s, options = settings.period_s * np.arange(periods), dict(program)
+    remark = f"{options['spacecraft']} spacecraft, {options['strategy']} strategy"
+    page = search_page(options, cases.vehicle.sensor, float(cases.scene.disk[own]), samples, t_s)
+    return History(t_s, columns, panels, remark, page)
+
+
+make = Factory(_build, OPTIONS, ASSUMPTIONS)

@@ -1,18 +1,16 @@
-"""Transition of the emergency mode: is the satellite in its orbital attitude after some orbits (Somov 2018, sec. 5)?
+"""A satellite with magnetic coils turns into its orbital attitude.
 
-A case has succeeded if its attitude error stays below the limit for the last half orbit.
+The transition of the emergency mode over some orbits (Somov 2018, section 5). A case has succeeded if its attitude
+error stays below the limit for the last half orbit.
 """
 
 import functools
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from jaxsat.sweep.history import History
 from jaxsat.sweep.scenario import Factory, Metric, Option, Scenario, case_keys, choice_of, number_of
-
-if TYPE_CHECKING:
-    from jaxsat.control.emergency_mode.loop import Sample
 
 NAME = "emergency-mode"
 STATUSES = ("succeeded", "not settled", "diverged")
@@ -41,17 +39,17 @@ CHUNK = 250
 
 @functools.lru_cache(maxsize=4)
 def _program(options: tuple[tuple[str, str], ...]):
-    """The compiled `run(keys)` and the history of `one(keys)`, keys of one."""
+    """`run` and `history` of the scenario."""
     import jax
     import jax.numpy as jnp
 
-    from jaxsat.control.emergency_mode.cases import run_leg
+    from jaxsat.control.emergency_mode.cases import run_cases, run_one
     from jaxsat.control.emergency_mode.draw import Dispersions, draw_cases
     from jaxsat.control.emergency_mode.law import EmergencyLaw
     from jaxsat.control.emergency_mode.loop import ALWAYS_ON
     from jaxsat.control.emergency_mode.orbit import SunFollowing, fly, leg, orbital_period
+    from jaxsat.control.emergency_mode.rotating_panels import PanelSlew
     from jaxsat.control.emergency_mode.vehicle import CONTROL_PERIOD_S
-    from jaxsat.control.rotating_panels import PanelSlew
 
     number, choice = functools.partial(number_of, dict(options)), functools.partial(choice_of, dict(options))
     orbits, limit = number("orbits", low=0.5, high=100.0), number("limit_deg", low=0.01, high=90.0)
@@ -76,15 +74,9 @@ def _program(options: tuple[tuple[str, str], ...]):
         turning = {"fixed": None, "slew": PanelSlew(0.0), "sun": SunFollowing(flight)}[panels]
         return leg(flight, 0, round(orbits * orbit), panels=turning), orbit // 2
 
-    def history(around, cases):
-        def one(case):
-            return run_leg(EmergencyLaw(), ALWAYS_ON, case.vehicle, around, case.state, case.key)
-
-        return jax.vmap(one)(cases)
-
     def metrics(around, keys, half):
         cases = draw_cases(dispersions, around, keys)
-        state, samples = history(around, cases)
+        state, samples = run_cases(ALWAYS_ON, EmergencyLaw(), cases, around)
         error = jnp.degrees(jnp.sqrt(jnp.sum(samples.error**2, axis=2)))
         sound = jnp.all(jnp.isfinite(error), axis=1)
         last = jnp.max(error[:, -half:], axis=1)
@@ -102,33 +94,47 @@ def _program(options: tuple[tuple[str, str], ...]):
         found = {name: jnp.where(sound, value, jnp.nan) for name, value in found.items()}
         return {"status": jnp.where(sound, jnp.where(settled, 0, 1), 2), **found}
 
-    compiled = (
-        jax.jit(metrics, static_argnums=2),
-        jax.jit(lambda around, keys: history(around, draw_cases(dispersions, around, keys))),
-    )
+    def alone(around, keys):
+        return run_one(ALWAYS_ON, EmergencyLaw(), draw_cases(dispersions, around, keys), around)[1]
 
-    def run(keys):
+    compiled = jax.jit(metrics, static_argnums=2), jax.jit(alone)
+
+    def run(seed, numbers):
         around, half = surroundings()
-        return jax.device_get(compiled[0](around, keys, half))
+        return jax.device_get(compiled[0](around, case_keys(seed, numbers), half))
 
-    def one(keys):
-        return jax.device_get(compiled[1](surroundings()[0], keys)[1])
+    def history(seed, case):
+        around, _ = surroundings()
+        return _history(jax.device_get(compiled[1](around, case_keys(seed, np.array([case])))))
 
-    return run, one
+    return run, history
 
 
 def _build(options: Mapping[str, str]) -> Scenario:
     # Whatever is wrong with the options is said before anything is computed.
-    run, _ = _program(tuple(options.items()))
-    return Scenario(NAME, STATUSES, METRICS, CHUNK, lambda seed, cases: run(case_keys(seed, cases)))
+    run, history = _program(tuple(options.items()))
+    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history)
+
+
+def _history(samples) -> History:
+    """Figures 4 to 6 of the paper for any case, from its `Sample` with the control periods in front."""
+    from jaxsat.control.emergency_mode.vehicle import CONTROL_PERIOD_S
+
+    error, rate, dipole = np.degrees(samples.error), np.degrees(samples.rate_error), samples.dipole
+    columns = {
+        **{f"error_{c}_deg": error[:, k] for k, c in enumerate("xyz")},
+        **{f"rate_error_{c}_deg_s": rate[:, k] for k, c in enumerate("xyz")},
+        "tilt_deg": np.degrees(samples.tilt),
+        **{f"dipole_{c}_A_m2": dipole[:, k] for k, c in enumerate("xyz")},
+    }
+    panels = {
+        "angular errors, deg": dict(zip("xyz", error.T, strict=True)),
+        "rates against the orbital axes, deg/s": dict(zip("xyz", rate.T, strict=True)),
+        "angle of body y from the vertical, deg": {"": np.degrees(samples.tilt)},
+        "dipoles, A m2": dict(zip("xyz", dipole.T, strict=True)),
+    }
+    # A sample is the end of its period.
+    return History(CONTROL_PERIOD_S * np.arange(1, len(error) + 1), columns, panels)
 
 
 make = Factory(_build, OPTIONS)
-
-
-def history(options: Mapping[str, str], seed: int, case: int) -> "Sample":
-    """One case again: its samples, with the control periods in front."""
-    import jax
-
-    _, one = _program(tuple(make.filled(options).items()))
-    return jax.tree.map(lambda leaf: np.asarray(leaf)[0], one(case_keys(seed, np.array([case]))))

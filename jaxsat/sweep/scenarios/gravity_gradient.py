@@ -1,4 +1,4 @@
-"""Capture by gravity gradient: does a satellite with a long axis, let go askew, stay upright?
+"""A satellite under gravity gradient, let go at random: upright or tumbling.
 
 A rigid satellite of moments 12, 12.5 and 0.6 kg m^2 on a circular orbit of 700 km begins tilted and turning at random
 against the orbital attitude, its long axis up. Nothing damps it: it librates, or it tumbles.
@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jaxsat.sweep.scenario import Factory, Metric, Option, Scenario, case_keys, number_of
+from jaxsat.sweep.history import History
+from jaxsat.sweep.scenario import Factory, Metric, Option, Scenario, case_keys, chunk_of, number_of
 
 NAME = "gravity-gradient"
 STATUSES = ("succeeded", "tumbling", "diverged")
@@ -40,7 +41,7 @@ SAMPLES = 96
 
 
 @dataclass(frozen=True)
-class History:
+class Motion:
     """The motion of cases at the samples."""
 
     t_s: np.ndarray
@@ -59,18 +60,20 @@ def _build(options: Mapping[str, str]) -> Scenario:
     orbits = number_of(options, "orbits", low=0.01, high=100.0)
 
     def run(seed: int, cases: np.ndarray) -> dict[str, np.ndarray]:
-        return outcome(histories(seed, cases, tilt=tilt, rate=rate, orbits=orbits))
+        return outcome(motions(seed, cases, tilt=tilt, rate=rate, orbits=orbits))
 
-    return Scenario(NAME, STATUSES, METRICS, CHUNK, run)
+    def history(seed: int, case: int) -> History:
+        # In its own chunk, whose program is compiled and whose last digits are those of the sweep.
+        found = motions(seed, chunk_of(case, CHUNK), tilt=tilt, rate=rate, orbits=orbits)
+        return _history(found, case % CHUNK)
+
+    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history)
 
 
-make = Factory(_build, OPTIONS)
-
-
-def outcome(history: History) -> dict[str, np.ndarray]:
+def outcome(motion: Motion) -> dict[str, np.ndarray]:
     """Status and metrics of each case."""
-    tilt = np.degrees(history.tilt)
-    rate = np.degrees(np.linalg.norm(history.rate[:, -1], axis=1))
+    tilt = np.degrees(motion.tilt)
+    rate = np.degrees(np.linalg.norm(motion.rate[:, -1], axis=1))
     sound = np.isfinite(tilt).all(axis=1) & np.isfinite(rate)
     fallen = tilt > 90.0
     upset = fallen.any(axis=1) & sound
@@ -78,15 +81,32 @@ def outcome(history: History) -> dict[str, np.ndarray]:
         "status": np.where(sound, np.where(upset, 1, 0), 2),
         "largest_tilt_deg": np.where(sound, tilt.max(axis=1), np.nan),
         "final_rate_deg_s": np.where(sound, rate, np.nan),
-        "upset_time_s": np.where(upset, history.t_s[np.argmax(fallen, axis=1)], np.nan),
+        "upset_time_s": np.where(upset, motion.t_s[np.argmax(fallen, axis=1)], np.nan),
     }
 
 
-def histories(seed: int, cases: np.ndarray, *, tilt: float, rate: float, orbits: float) -> History:
+def _history(motion: Motion, case: int) -> History:
+    rates, tilts = np.degrees(motion.rate[case]), np.degrees(motion.tilt[case])
+    columns = {
+        **{f"q_{c}": motion.quaternion[case, :, k] for k, c in enumerate("wxyz")},
+        **{f"rate_{c}_deg_s": rates[:, k] for k, c in enumerate("xyz")},
+        "tilt_deg": tilts,
+    }
+    panels = {
+        "long axis from the vertical, deg": {"": tilts},
+        "rate against the orbit, deg/s": dict(zip("xyz", rates.T, strict=True)),
+    }
+    return History(motion.t_s, columns, panels)
+
+
+make = Factory(_build, OPTIONS)
+
+
+def motions(seed: int, cases: np.ndarray, *, tilt: float, rate: float, orbits: float) -> Motion:
     """Motion of numbered cases; `tilt` [rad] and `rate` [rad/s] are the 1-sigma of what they begin with."""
     t_s, move = _motion(rate, orbits)
     found = move(case_keys(seed, cases), tilt, rate)
-    return History(t_s, *(np.asarray(array) for array in found))
+    return Motion(t_s, *(np.asarray(array) for array in found))
 
 
 @functools.lru_cache(maxsize=4)

@@ -1,20 +1,17 @@
-"""Sun pointing from any attitude and rate: does the vehicle find the Sun and hold it (Zhukov 2019, pp. 22-31)?
+"""A spacecraft with a pyramid Sun sensor finds the Sun and holds it.
 
-A case runs from the damping of its rate to the end of the simulated time, 1500 s by default; it has succeeded once the
-Sun was held for 100 s, and is still held at the end.
+From any attitude and rate (Zhukov 2019, pp. 22-31). A case runs from the damping of its rate to the end of the
+simulated time, 1500 s by default; it has succeeded once the Sun was held for 100 s, and is still held at the end.
 """
 
 import functools
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, case_keys
-
-if TYPE_CHECKING:
-    from jaxsat.control.sun_pointing.loop import LoopSettings, Sample
+from jaxsat.sweep.history import History
+from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, case_keys, chunk_of
 
 NAME = "sun-pointing"
 STATUSES = ("succeeded", "not settled", "let go of the Sun", "diverged")
@@ -144,24 +141,55 @@ def _build(options: Mapping[str, str]) -> Scenario:
         _, _, _, draw, run_drawn = _program(program)
         return jax.device_get(run_drawn(draw(case_keys(seed, cases))))
 
-    return Scenario(NAME, STATUSES, METRICS, CHUNK, run)
+    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=functools.partial(_history, program))
 
 
-make = Factory(_build, OPTIONS)
+def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> History:
+    """Figures 20 to 22 of the paper for any case; an estimate is nan where the Sun was not known.
 
-
-def history(options: Mapping[str, str], seed: int, case: int) -> "tuple[LoopSettings, Sample]":
-    """One case again: what the options set, and its history [periods ...].
-
-    Alone, so that where a threshold is nearly met a pulse may come a period sooner or later than in its chunk.
+    Run alone, so that where a threshold is nearly met a pulse may come a period sooner or later than in its chunk.
     """
     import jax
     import jax.numpy as jnp
 
     from jaxsat.control.sun_pointing.cases import run_one
 
-    settings, law, periods, draw, _ = _program(tuple(make.filled(options).items()))
-    cases = draw(case_keys(seed, np.array([case])))
-    sun_eci = jnp.array([1.0, 0.0, 0.0])
-    _, samples = jax.jit(lambda cases: run_one(settings, law, cases, sun_eci, periods))(cases)
-    return settings, jax.device_get(samples)
+    settings, law, periods, draw, _ = _program(program)
+    cases, sun_eci = draw(case_keys(seed, chunk_of(case, CHUNK))), jnp.array([1.0, 0.0, 0.0])
+    run = jax.jit(lambda cases, number: run_one(settings, law, cases, sun_eci, periods, number=number)[1])
+    samples = jax.device_get(run(cases, case % CHUNK))
+    sun, estimate = samples.sun_instrument, np.where(samples.known[:, None], samples.estimate, np.nan)
+    rates = np.degrees(samples.angular_velocity)
+    (true_angle, true_azimuth), (angle, azimuth) = _angles(sun), _angles(estimate)
+    columns = {
+        **{f"sun_{c}": sun[:, k] for k, c in enumerate("xyz")},
+        **{f"estimate_{c}": estimate[:, k] for k, c in enumerate("xyz")},
+        "view_angle_deg": true_angle,
+        "estimated_view_angle_deg": angle,
+        "faces_lit": samples.lit,
+        "mode": samples.mode,
+        **{f"rate_{c}_deg_s": rates[:, k] for k, c in enumerate("xyz")},
+        "error_deg": np.degrees(samples.error),
+        "impulse_N_s": np.cumsum(samples.impulse),
+    }
+    panels = {
+        "Sun from the sensor's axis, deg": {"true": true_angle, "estimated": angle},
+        "azimuth of the Sun about the axis, deg": {"true": true_azimuth, "estimated": azimuth},
+        "Sun in instrument axes": dict(zip("xyz", sun.T, strict=True)),
+        "angular rate, deg/s": dict(zip("xyz", rates.T, strict=True)),
+        "mode: 0 damping, 1 search, 2 slew, 3 hold": {"": samples.mode},
+        "impulse spent, N s": {"": np.cumsum(samples.impulse)},
+    }
+    remark = f"{settings.estimator} estimator; seen every {settings.period_s:g} s"
+    return History(settings.period_s * np.arange(periods), columns, panels, remark)
+
+
+def _angles(v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """From the sensor's axis, and azimuth about it [deg]."""
+    azimuth = np.degrees(np.arctan2(v[:, 2], v[:, 1])) % 360.0
+    # On the axis itself there is none.
+    azimuth = np.where(np.hypot(v[:, 1], v[:, 2]) > 0.02, azimuth, np.nan)
+    return np.degrees(np.arccos(np.clip(v[:, 0], -1.0, 1.0))), azimuth
+
+
+make = Factory(_build, OPTIONS)

@@ -1,1 +1,1 @@
-"""Ccsds."""
+"""CCSDS messages: attitude (AEM) and orbit (OEM) ephemerides."""

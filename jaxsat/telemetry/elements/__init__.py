@@ -1,1 +1,1 @@
-"""Elements."""
+"""Mean elements: TLE, and OMM in XML, KVN, JSON, CSV."""

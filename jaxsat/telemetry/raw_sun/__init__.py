@@ -1,1 +1,1 @@
-"""Raw sun."""
+"""RAW_SUN, the session files of Munin: read, cleaned, written."""

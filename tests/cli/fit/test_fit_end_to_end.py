@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from jaxsat.bundled import BUNDLED
 from jaxsat.cli.main import run
-from jaxsat.cli.session.prepared import BUNDLED
 
 SESSION = BUNDLED.with_name("a-nominal-exact.RAW_SUN")
 FIT = ["--free", "state", "--starts", "64", "--seed", "0"]

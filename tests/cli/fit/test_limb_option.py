@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from fitting.measurements.limb_input import LimbInput
+from fitting.session import prepare_session
+from fitting.settings import FitSettings
+from jaxsat.bundled import BUNDLED
 from jaxsat.cli.main import run
-from jaxsat.cli.session.inputs import observations
-from jaxsat.cli.session.prepared import BUNDLED, prepare_session
-from jaxsat.cli.settings.files import load_config
+from jaxsat.telemetry import read_telemetry
 
 SESSION = BUNDLED.with_name("a-nominal-exact.RAW_SUN")
 HEADER = "utc,distance_deg,turn_deg"
@@ -63,15 +64,14 @@ def test_weight_zero_does_not_look_at_the_file(fake_fit, capsys):
 
 
 def test_angles_reach_the_fit_at_their_samples():
-    config = load_config(None, {"fit.arc_s": [64.0, 640.0]})
-    prepared = prepare_session(SESSION, config)
-    limb = LimbInput.read(write(*ROWS), prepared.session, config)
-    data = observations(prepared.session, prepared.orbit_fit, config, limb.angles)
+    prepared = prepare_session(read_telemetry(SESSION))
+    limb = LimbInput.read(write(*ROWS), prepared.session, FitSettings())
+    data = prepared.observations((64.0, 640.0), limb.angles)
     assert data.limb is not None and data.limb.shape == (10, 2)
     np.testing.assert_allclose(np.degrees(data.limb[:2]), [[11.0, np.nan], [np.nan, 30.0]])
     assert np.all(np.isnan(data.limb[2:]))
     np.testing.assert_array_equal(data.since(1).limb, data.limb[1:])
-    assert observations(prepared.session, prepared.orbit_fit, config).limb is None
+    assert prepared.observations().limb is None
 
 
 def test_one_file_of_angles_is_of_one_session(capsys, tmp_path):

@@ -1,14 +1,11 @@
 """`jaxsat fit --profile`: what it asks of the fit, what it leaves in the directory, and how it says no."""
 
 import json
-import sys
-import types
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from fitting.estimate import FitSettings
 from fitting.outcome.profile import Profile
 from jaxsat.cli.main import run
 
@@ -46,11 +43,9 @@ def asked(monkeypatch, fit_result):
         calls.append((problem, parameters, refined, names, tail))
         return ([IMAX], ["rods.y has no profile"]) if names else ([], [])
 
-    module = types.ModuleType("fitting.estimate")
-    module.__dict__.update(fit=fit, FitSettings=FitSettings)
-    monkeypatch.setitem(sys.modules, "fitting.estimate", module)
-    monkeypatch.setattr("fitting.estimate", module, raising=False)
-    monkeypatch.setattr("jaxsat.cli.fit.profiles.profile_all", profile_all)
+    monkeypatch.setattr("fitting.run.estimate", fit)
+
+    monkeypatch.setattr("fitting.outcome.profiler.profile_all", profile_all)
     monkeypatch.setattr("jaxsat.numerics.set_up_jax", lambda: None)
     return calls
 

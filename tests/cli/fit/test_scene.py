@@ -6,17 +6,15 @@ import numpy as np
 import pytest
 
 from fitting.report.scene import dark_spans, look_around, scene_document
-from jaxsat.cli.session.inputs import observations
-from jaxsat.cli.session.prepared import BUNDLED, prepare_session
-from jaxsat.cli.settings.files import load_config
+from fitting.session import prepare_session
+from jaxsat.bundled import BUNDLED
+from jaxsat.telemetry import read_telemetry
 
 
 @pytest.fixture(scope="module")
 def scene(make_result):
-    config = load_config(None, {})
-    prepared = prepare_session(BUNDLED, config)
-    samples = observations(prepared.session, prepared.orbit_fit, config)
-    return scene_document(make_result(71), look_around(prepared, samples, config).result())
+    prepared = prepare_session(read_telemetry(BUNDLED))
+    return scene_document(make_result(71), look_around(prepared, prepared.observations(), at_once=True)())
 
 
 def test_orbit_and_shadow_are_those_of_the_paper(scene):

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from jaxsat.cli.main import run
-from jaxsat.cli.view import serve
+from jaxsat.cli.view.command import serve
 from jaxsat.errors import InputError
 
 
@@ -21,7 +21,7 @@ def fitted(fitted_run, tmp_path, monkeypatch) -> Path:
     monkeypatch.chdir(tmp_path)
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr("jaxsat.cli.view.sys.platform", "linux")
+    monkeypatch.setattr("jaxsat.cli.view.command.sys.platform", "linux")
     return shutil.copytree(fitted_run, tmp_path / "run")
 
 

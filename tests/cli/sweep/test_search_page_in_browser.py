@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from jaxsat.cli.sweep.earth_search_page import search_page
+from jaxsat.cli.sweep.case import case_page
+from jaxsat.control.earth_search.law import SENSORS
 from jaxsat.sweep.scenarios import earth_search
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
@@ -24,12 +25,14 @@ STEPS = 120
 @pytest.fixture(scope="module")
 def file(tmp_path_factory):
     given = {"spacecraft": "small", "time_s": str(STEPS / 2), "brightness": "even"}
-    settings, case, samples = earth_search.history(given, 1, 5)
-    t_s = settings.period_s * np.arange(STEPS)
-    page = search_page(earth_search.make.filled(given), case, samples, t_s, PNG, title="Search <5>", subtitle="seed 1")
+    scenario = earth_search.make(given)
+    assert scenario.history is not None
+    history = scenario.history(1, 5)
+    assert history.page is not None and len(history.t_s) == STEPS
+    page = case_page(history.page, PNG, scenario.assumptions, title="Search <5>", subtitle="seed 1")
     path = tmp_path_factory.mktemp("search") / "search.html"
     path.write_text(page, encoding="utf-8")
-    return path, samples
+    return path, history.columns
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +59,7 @@ def opened(chromium, path, width, **options):
 
 @pytest.mark.parametrize(("width", "scheme"), [(1100, "light"), (360, "dark")])
 def test_the_page_shows_the_search_as_it_goes(chromium, file, width, scheme):
-    path, samples = file
+    path, columns = file
     page = opened(chromium, path, width, color_scheme=scheme)
     assert page.heard == [path.as_uri()], "errors, or something fetched"
     assert page.evaluate("document.documentElement.scrollWidth") <= width
@@ -65,13 +68,15 @@ def test_the_page_shows_the_search_as_it_goes(chromium, file, width, scheme):
     # What the page shows of the Earth's centre at a step is what was simulated.
     for step in (0, 80):
         page.evaluate(f"window.jaxsat.seek({step / 2})")
-        nadir = samples.nadir_body[step]
+        nadir = np.array([columns[f"nadir_{c}"][step] for c in "xyz"])
         off_deg = np.degrees(np.arctan2(np.hypot(nadir[0], nadir[1]), nadir[2]))
         x, y = (float(page.locator(".sky .centre").get_attribute(name)) for name in ("cx", "cy"))
         # A circle of 186 to the point behind; looking along z with x to the right, y points down.
         assert np.hypot(x, y) == pytest.approx(186.0 * off_deg / 180.0, abs=0.05)
         assert np.sign([x, y]) == pytest.approx(np.sign(nadir[:2]))
-        assert page.locator(".sky .scan.present").count() == int(np.sum(samples.present[step]))
+        assert page.locator(".sky .scan.present").count() == sum(
+            int(columns[f"present{name}"][step]) for name in SENSORS
+        )
         assert f"{off_deg:.2f} deg" in page.locator(".readouts dd").first.inner_text()
 
     before = page.locator(".sky .earth").get_attribute("d")

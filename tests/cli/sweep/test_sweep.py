@@ -36,9 +36,7 @@ def start(*arguments: str) -> subprocess.Popen:
     """The command in a process of its own."""
     path = os.pathsep.join([str(FOLDER), os.environ.get("PYTHONPATH", "")])
     # Without JAX, which the scenario does not need and which would take most of the time.
-    script = (
-        "import jaxsat.numerics as n; n.set_up_jax = lambda: None; import jaxsat.cli.main as m; m.main()"
-    )
+    script = "import jaxsat.numerics as n; n.set_up_jax = lambda: None; import jaxsat.cli.main as m; m.main()"
     command = [sys.executable, "-c", script, "sweep", FAKE, "--no-plots", *arguments]
     return subprocess.Popen(
         command, env={**os.environ, "PYTHONPATH": path}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True

@@ -12,11 +12,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from jaxsat.constants import EARTH_MU, EARTH_RADIUS_MEAN
-from jaxsat.control.earth_search.draw import SearchDraw, draw_cases, scene_at
-from jaxsat.control.earth_search.law import APPROACH, SEARCH, TRACK, Signals, decide, first_memory
-from jaxsat.control.earth_search.loop import SearchSettings, run_cases, run_one, turn_quaternion
+from jaxsat.control.earth_search.cases import run_cases, run_one
+from jaxsat.control.earth_search.draw import Dispersions, draw_cases, scene_at
+from jaxsat.control.earth_search.law import APPROACH, SEARCH, TRACK, Signals, decide, first_memory, search_law
+from jaxsat.control.earth_search.loop import LoopSettings, turn_quaternion
 from jaxsat.control.earth_search.sensing import SunChoice, ground, sense
-from jaxsat.control.earth_search.vehicle import search_craft, search_law
+from jaxsat.control.earth_search.vehicle import nominal_vehicle
 from jaxsat.environment.albedo.infrared import MIN_BRIGHTNESS, VARIATION, random_brightness
 from jaxsat.math import quaternion
 from jaxsat.math.one_function import in_one_function
@@ -24,13 +25,13 @@ from jaxsat.sweep import case_keys
 
 # Most of the time goes into compiling, and none of it has to be fast.
 quick = functools.partial(jax.jit, compiler_options={"xla_backend_optimization_level": 0})
-LAW, CRAFT = search_law("small"), search_craft("small")
+LAW, VEHICLE = search_law("small"), nominal_vehicle("small")
 RADIUS = EARTH_RADIUS_MEAN + 800e3
 X = jnp.array([1.0, 0.0, 0.0])
 SCENE = scene_at(jnp.asarray(RADIUS), X, X, jnp.asarray(1.0), jnp.asarray(60.0))
 SAMPLES = 4000
 NO_COIN = jnp.zeros(4)
-PLAIN = SearchSettings(period_s=0.5, sun="none", moon=False)
+PLAIN = LoopSettings(period_s=0.5, sun="none", moon=False)
 
 
 def attitudes(count, seed=0):
@@ -40,7 +41,7 @@ def attitudes(count, seed=0):
 
 def seen_at(scene, q, up, *, sun: SunChoice = "none", moon=False, field=None):
     dcm = quaternion.to_dcm(q)
-    return sense(CRAFT, scene, dcm, up, X[:2], NO_COIN, inside="brightness", sun=sun, moon=moon, field=field)
+    return sense(VEHICLE, scene, dcm, up, X[:2], NO_COIN, inside="brightness", sun=sun, moon=moon, field=field)
 
 
 def summed(brightness):
@@ -52,8 +53,8 @@ def summed(brightness):
 def lines_of_sight():
     """Of the four scans in body axes, [4 samples 3]."""
     v = np.sin(2.0 * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES)
-    cone = float(CRAFT.sensor.cone_angle) - float(CRAFT.sensor.amplitude) * v
-    a = np.asarray(CRAFT.azimuths)[:, None]
+    cone = float(VEHICLE.sensor.cone_angle) - float(VEHICLE.sensor.amplitude) * v
+    a = np.asarray(VEHICLE.azimuths)[:, None]
     flat = np.broadcast_to(np.cos(cone)[None, :, None], (4, SAMPLES, 1))
     return np.concatenate([a * np.sin(cone)[None, :, None], flat], axis=-1)
 
@@ -82,7 +83,7 @@ def test_signals_are_those_of_rays_cast_at_the_earth(uneven):
         # A sample more or less at each edge.
         np.testing.assert_allclose(found.first, first, atol=60.0 * 4.0 / SAMPLES)
         clear = np.abs(first) > 6.0
-        offset = -float(CRAFT.sensor.amplitude) * second[clear] / first[clear]
+        offset = -float(VEHICLE.sensor.amplitude) * second[clear] / first[clear]
         np.testing.assert_allclose(np.asarray(found.signals.offset)[clear], offset, atol=1e-3)
         return
     # Two values of the brightness stand for the whole scan.
@@ -96,9 +97,9 @@ def test_signals_are_those_of_rays_cast_at_the_earth(uneven):
 def test_what_is_seen_lies_on_the_ground():
     nadir = jnp.array([0.06, -0.08, math.sqrt(0.99)])
     v = jnp.array([0.5, 0.9, 0.7, 1.0])
-    azimuths = jnp.concatenate([CRAFT.azimuths, jnp.zeros((4, 1))], axis=1)
+    azimuths = jnp.concatenate([VEHICLE.azimuths, jnp.zeros((4, 1))], axis=1)
     distance = jnp.asarray(RADIUS / EARTH_RADIUS_MEAN)
-    place = np.asarray(ground(CRAFT.sensor, azimuths, jnp.array([0.0, 0.0, 1.0]), v, nadir, distance))
+    place = np.asarray(ground(VEHICLE.sensor, azimuths, jnp.array([0.0, 0.0, 1.0]), v, nadir, distance))
     np.testing.assert_allclose(np.linalg.norm(place, axis=1), 1.0, atol=1e-9)
 
 
@@ -110,8 +111,8 @@ def sky(direction_body, *, lit=1.0):
 
 def toward(sensor, angle_deg):
     """Body direction on a sensor's scan, at an angle from its centre toward the axis."""
-    cone = float(CRAFT.sensor.cone_angle) - math.radians(angle_deg)
-    return np.append(np.asarray(CRAFT.azimuths)[sensor] * math.sin(cone), math.cos(cone))
+    cone = float(VEHICLE.sensor.cone_angle) - math.radians(angle_deg)
+    return np.append(np.asarray(VEHICLE.azimuths)[sensor] * math.sin(cone), math.cos(cone))
 
 
 def test_the_full_moon_alone_is_a_third_of_the_threshold_at_worst_and_fades_with_its_phase():
@@ -119,7 +120,7 @@ def test_the_full_moon_alone_is_a_third_of_the_threshold_at_worst_and_fades_with
     angles = np.concatenate([np.linspace(-13.0, 13.0, 105), [11.75, -11.75]])
     first = np.array([look(sky(toward(0, a))).first for a in angles])
     # Three times the Moon at the scan's end, where its first harmonic is largest (NOTES: 0.374319).
-    assert np.abs(first).max() == pytest.approx(float(CRAFT.sensor.threshold) / 3.0, rel=2e-5)
+    assert np.abs(first).max() == pytest.approx(float(VEHICLE.sensor.threshold) / 3.0, rel=2e-5)
     assert np.all(np.sign(first[[20, 84], 0]) == [-1.0, 1.0]) and not np.any(first[:, 1:])
     quarter = look(sky(toward(0, 11.75), lit=0.25)).first[0]
     assert float(quarter) == pytest.approx(0.25 * np.abs(first).max(), rel=1e-9)
@@ -141,9 +142,9 @@ def test_the_sun_makes_presence_unless_its_sensor_is_replaced():
         np.testing.assert_array_equal(look["unblocked"](struck).signals.present, expected)
         guarded = look["blocked"](struck)
         assert not np.any(guarded.signals.present)
-        moved = np.any(np.asarray(guarded.azimuths) != np.asarray(CRAFT.azimuths), axis=1)
+        moved = np.any(np.asarray(guarded.azimuths) != np.asarray(VEHICLE.azimuths), axis=1)
         np.testing.assert_array_equal(moved, expected)
-        np.testing.assert_allclose(guarded.azimuths[sensor], CRAFT.spare_azimuths[sensor])
+        np.testing.assert_allclose(guarded.azimuths[sensor], VEHICLE.spare_azimuths[sensor])
 
 
 def told(present, offset=(0.0, 0.0, 0.0, 0.0)):
@@ -161,7 +162,7 @@ def walk(law, *steps, motion=(0.0, 0.0), period=0.5):
 
 @functools.lru_cache
 def _decide():
-    return quick(lambda law, memory, signals, motion: decide(law, memory, signals, CRAFT.azimuths, motion, 0.5))
+    return quick(lambda law, memory, signals, motion: decide(law, memory, signals, VEHICLE.azimuths, motion, 0.5))
 
 
 def DECIDE(law):  # noqa: N802
@@ -227,7 +228,7 @@ def one_case(up_body):
 
 @functools.lru_cache
 def draw_many(count, **changed):
-    drawn = SearchDraw(size="small", even=True, **changed)
+    drawn = Dispersions(size="small", even=True, **changed)
     return quick(functools.partial(draw_cases, drawn))(case_keys(3, np.arange(count)))
 
 
@@ -237,7 +238,7 @@ def draw_one():
 
 @functools.lru_cache
 def alone(settings, steps):
-    return quick(lambda law, case: run_one(settings, law, case, steps, None))
+    return quick(lambda law, case: run_one(settings, law, case, None, steps))
 
 
 @functools.lru_cache
@@ -245,9 +246,9 @@ def many(settings, steps):
     """Final states of cases by `run_one` under vmap, which compiles sooner than the replayed loop."""
 
     def one(law, case):
-        return run_one(settings, law, jax.tree.map(lambda leaf: leaf[None], case), steps, None)[0]
+        return run_one(settings, law, jax.tree.map(lambda leaf: leaf[None], case), None, steps)[0]
 
-    axes = eqx.tree_at(lambda cases: cases.craft, jax.tree.map(lambda _: 0, draw_many(24)), None)
+    axes = eqx.tree_at(lambda cases: cases.vehicle, jax.tree.map(lambda _: 0, draw_many(24)), None)
     return quick(lambda law, cases: jax.vmap(one, in_axes=(None, axes))(law, cases))
 
 
@@ -268,12 +269,12 @@ def test_presence_inside_the_disk_does_not_matter(inside):
 
 
 def test_cases_together_are_those_alone():
-    settings = SearchSettings(period_s=4.0)
-    cases = quick(functools.partial(draw_cases, SearchDraw(size="small")))(case_keys(3, np.arange(6)))
+    settings = LoopSettings(period_s=4.0)
+    cases = quick(functools.partial(draw_cases, Dispersions(size="small")))(case_keys(3, np.arange(6)))
     field, law = random_brightness(0), search_law("small")
-    together = quick(in_one_function(lambda cases: run_cases(settings, law, cases, 12, field)))(cases)
+    together = quick(in_one_function(lambda cases: run_cases(settings, law, cases, field, 12)))(cases)
     only = jax.tree.map(lambda leaf: leaf[4:5] if leaf.shape[:1] == (6,) else leaf, cases)
-    one, samples = quick(lambda case: run_one(settings, law, case, 12, field))(only)
+    one, samples = quick(lambda case: run_one(settings, law, case, field, 12))(only)
     for a, b in zip(jax.tree.leaves(together), jax.tree.leaves(one), strict=True):
         np.testing.assert_allclose(a[4], b, rtol=1e-9, atol=1e-12)
     assert all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(samples))

@@ -102,7 +102,7 @@ def test_motion_of_one_orbit_is_that_of_scipy():
 def test_librations_have_the_frequencies_of_linear_theory(axis, expected):
     """Pitch about body x; roll and yaw together about z and y (NOTES, section 3), over eight orbits."""
     around = circular(8 * 372)
-    _, samples = fly(LAW, ALWAYS_OFF, VEHICLE, around, start(0.05, axis, around=around))
+    _, samples = fly(ALWAYS_OFF, LAW, VEHICLE, around, start(0.05, axis, around=around))
     t = RATE * 16.0 * (1.0 + np.arange(8 * 372))
     y = np.asarray(samples.error)[:, int(np.argmax(axis))] * 1e3
 
@@ -118,7 +118,7 @@ def test_librations_have_the_frequencies_of_linear_theory(axis, expected):
 
 def test_gravity_gradient_restores():
     """The vertical axis comes back within a quarter of its period, and never goes farther than it was let go."""
-    _, samples = fly(LAW, ALWAYS_OFF, VEHICLE, AROUND, start(5.0))
+    _, samples = fly(ALWAYS_OFF, LAW, VEHICLE, AROUND, start(5.0))
     pitch = np.degrees(np.asarray(samples.error)[:, 0])
     quarter = round(0.25 * 2.0 * np.pi / (0.776 * RATE) / 16.0)
     assert pitch[0] > 4.9 and abs(pitch[quarter]) < 0.3 and pitch[2 * quarter] < -4.8
@@ -129,7 +129,7 @@ def test_books_balance():
     """No torque: momentum and energy; gravity gradient on a circle: Jacobi's integral. Over two orbits, to 1e-9."""
     far = circular(distance=1e6)
     state = start(40.0, (0.0, 0.6, 0.8), rate=[1e-3, -8e-4, 5e-4], around=far)
-    after, _ = fly(LAW, ALWAYS_OFF, VEHICLE, far, state)
+    after, _ = fly(ALWAYS_OFF, LAW, VEHICLE, far, state)
 
     def momentum(state):
         w = np.asarray(state.angular_velocity)
@@ -141,7 +141,7 @@ def test_books_balance():
     assert e1 == pytest.approx(e0, rel=1e-9)
 
     state = start(20.0, (0.6, 0.0, 0.8))
-    after, _ = fly(LAW, ALWAYS_OFF, VEHICLE, AROUND, state)
+    after, _ = fly(ALWAYS_OFF, LAW, VEHICLE, AROUND, state)
 
     def jacobi(state, t):
         q = np.asarray(state.quaternion)
@@ -158,7 +158,7 @@ def test_the_filter_is_the_mean_of_measurements_by_the_second():
     """Against sixteen attitudes of the second, each from SciPy's rotation: errors, rates and field."""
     state = start(25.0, np.array([2.0, -1.0, 1.0]) / math.sqrt(6.0), rate=[2e-4, 3e-4, -1e-4])
     nodes = tuple(jax.tree.map(lambda leaf, k=k: leaf[k], AROUND) for k in range(3))
-    after, _ = jax.jit(lambda state: one_period(LAW, ALWAYS_OFF, VEHICLE, nodes, state, None))(state)
+    after, _ = jax.jit(lambda state: one_period(ALWAYS_OFF, LAW, VEHICLE, nodes, state, None))(state)
     q0 = np.asarray(state.quaternion)
     first = Rotation.from_quat([*q0[1:], q0[0]])
     rate = 0.5 * (np.asarray(state.angular_velocity) + np.asarray(after.angular_velocity))
@@ -181,8 +181,8 @@ def test_the_filter_is_the_mean_of_measurements_by_the_second():
 def test_four_periods_at_once_while_it_is_off():
     state = start(3.0, (0.0, 0.6, 0.8))
     nodes = [jax.tree.map(lambda leaf, k=k: leaf[k], AROUND) for k in (0, 4, 8)]
-    once, _ = jax.jit(lambda s: one_period(LAW, ALWAYS_OFF, VEHICLE, tuple(nodes), s, None, periods=4))(state)
-    four, _ = fly(LAW, ALWAYS_OFF, VEHICLE, jax.tree.map(lambda leaf: leaf[:9], AROUND), state)
+    once, _ = jax.jit(lambda s: one_period(ALWAYS_OFF, LAW, VEHICLE, tuple(nodes), s, None, periods=4))(state)
+    four, _ = fly(ALWAYS_OFF, LAW, VEHICLE, jax.tree.map(lambda leaf: leaf[:9], AROUND), state)
     np.testing.assert_allclose(once.quaternion, four.quaternion, atol=1e-9)
     np.testing.assert_allclose(once.angular_velocity, four.angular_velocity, atol=1e-10)
 
@@ -190,7 +190,7 @@ def test_four_periods_at_once_while_it_is_off():
 def test_the_actuator_turns_it_into_the_orbital_attitude():
     """From 11 deg at inertial rest in the field of a dipole: two orbits, and the impulse is that of the dipoles."""
     state = start(11.0, (0.6, 0.0, 0.8), rate=[0.0, 0.0, 0.0])
-    after, samples = fly(LAW, ALWAYS_ON, VEHICLE, AROUND, state, jax.random.key(0))
+    after, samples = fly(ALWAYS_ON, LAW, VEHICLE, AROUND, state, jax.random.key(0))
     error = np.degrees(np.linalg.norm(np.asarray(samples.error), axis=1))
     assert error.max() > 20.0 and error[-93:].max() < 1.5
     dipoles = np.abs(np.asarray(samples.dipole))
@@ -224,7 +224,7 @@ def test_slope_of_the_closed_loop_against_differences():
     def last(logs):
         a, b, c, d = jnp.exp(logs)
         law = EmergencyLaw(a, b, c, d, 0.6)
-        return run_leg(law, ALWAYS_ON, VEHICLE, around, state)[1].error[-1]
+        return run_leg(ALWAYS_ON, law, VEHICLE, around, state)[1].error[-1]
 
     both = jax.jit(lambda logs: (last(logs), jax.jacfwd(last)(logs)))
     logs = np.log([6e-7, 3e-3, 5e-7, 3e-3])

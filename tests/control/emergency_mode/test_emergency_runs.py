@@ -6,12 +6,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxsat.control.emergency_mode.cases import run_leg, run_years
+from jaxsat.control.emergency_mode.cases import run_leg
 from jaxsat.control.emergency_mode.draw import Dispersions, draw_cases
 from jaxsat.control.emergency_mode.law import EmergencyLaw
 from jaxsat.control.emergency_mode.loop import Supervisor, first_state
 from jaxsat.control.emergency_mode.orbit import fly, leg, orbital_period
 from jaxsat.control.emergency_mode.vehicle import INERTIA_KG_M2, nominal_vehicle
+from jaxsat.control.emergency_mode.years import run_years
 from jaxsat.math import quaternion
 
 PERIODS = 400
@@ -66,9 +67,9 @@ def test_a_mission_in_legs_is_one_flown_at_once(flight, around):
     off = quaternion.from_rotation_vector(jnp.array([0.02, -0.03, 0.01]))
     begin = jax.jit(lambda w: first_state(around, off, w, vehicle))(jnp.array([-1.0557e-3, 0.0, 0.0]))
     begin = eqx.tree_at(lambda state: state.active, begin, jnp.asarray(True))
-    whole, samples = eqx.filter_jit(run_leg)(law, supervisor, vehicle, around, begin, key)
+    whole, samples = eqx.filter_jit(run_leg)(supervisor, law, vehicle, around, begin, key)
     state, parts = begin, []
-    for after, part in run_years(law, supervisor, vehicle, flight, begin, PERIODS, key=key, leg_periods=200):
+    for after, part in run_years(supervisor, law, vehicle, flight, begin, PERIODS, key=key, leg_periods=200):
         parts.append(part)
         state = after
     found, expected = np.concatenate([part.error for part in parts]), np.asarray(samples.error)[3::4]

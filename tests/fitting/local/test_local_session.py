@@ -15,7 +15,7 @@ from fitting.local.shares import mirror_earth, mirror_light
 from fitting.local.solutions import angle_between_attitudes
 from fitting.local.sun_body import SIDES, possible_sides
 from fitting.measurements.observations import tabulate
-from jaxsat.cli.session.prepared import BUNDLED
+from jaxsat.bundled import BUNDLED
 from jaxsat.environment import igrf_field, orbit_from_perigee_time_km_deg
 from jaxsat.spacecraft import SolarPanels, box_normals
 from jaxsat.time import Epoch

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from fitting.local.shares import explained, patterns
-from fitting.local.turn import initial_attitude, turn_about, turned, turned_sample
+from fitting.local.turn import attitude_after, initial_attitude, panel_sinusoids, turned_sample
 from jaxsat.environment import LightTable
 from jaxsat.sensors import Albedo
 from jaxsat.spacecraft import SolarPanels, box_normals, tilted
@@ -33,7 +33,7 @@ LIGHT = LightTable(
 )
 EARTH = Albedo(jnp.asarray(0.5), jnp.asarray(0.3))
 Q = jnp.asarray(Rotation.random(rng=RNG).as_quat(scalar_first=True))
-turn_it, start = quick(turned), quick(initial_attitude)
+turn_it, start = quick(attitude_after), quick(initial_attitude)
 
 
 def published_matrix(p, angle):
@@ -78,8 +78,8 @@ def test_panels_are_sinusoids_of_the_turn():
 
     @quick
     def both(angles):
-        turn = turn_about(Q, jnp.asarray(own), PANELS, EARTH, LIGHT)
-        attitudes = jax.vmap(lambda a: turned(Q, axis, a))(angles)
+        turn = panel_sinusoids(Q, jnp.asarray(own), PANELS, EARTH, LIGHT)
+        attitudes = jax.vmap(lambda a: attitude_after(Q, axis, a))(angles)
         seen = jax.vmap(lambda q: patterns(q, PANELS, EARTH, LIGHT))(attitudes)
         whole = jax.vmap(lambda q: explained(q, measured, PANELS, EARTH, LIGHT, limit))(attitudes)
         squares = turn.squares(jnp.cos(angles), jnp.sin(angles), measured, limit)
@@ -112,7 +112,9 @@ def test_slopes_against_differences():
 
     def total(h):
         axis = LIGHT.sun_eci + h * jnp.asarray(along)
-        q = turned(initial_attitude(axis, jnp.asarray([0.2, 0.3, 0.9]) + h), LIGHT.sun_eci, jnp.asarray(0.4) + h)
+        q = attitude_after(
+            initial_attitude(axis, jnp.asarray([0.2, 0.3, 0.9]) + h), LIGHT.sun_eci, jnp.asarray(0.4) + h
+        )
         return q @ jnp.array([0.3, -1.0, 0.7, 0.4])
 
     program = quick(jax.value_and_grad(total))

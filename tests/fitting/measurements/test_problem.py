@@ -13,13 +13,15 @@ from scipy.spatial.transform import Rotation
 from fitting.measurements.observations import build_problem
 from fitting.measurements.problem import RATE_UNIT, predict
 from fitting.parameters.names import MODEL, STATE
-from fitting.parameters.parametrization import PriorSigma, parametrization
+from fitting.parameters.nominal import nominal_model
+from fitting.parameters.parametrization import parametrization
+from fitting.session import prepare_session
+from fitting.settings import PriorSigma
 from fitting.solvers.least_squares import Settings, normal_equations, priors
 from fitting.starts.multi_start import NONE
-from jaxsat.cli.session.inputs import nominal, observations
-from jaxsat.cli.session.prepared import prepare_session
-from jaxsat.cli.settings.files import load_config
 from jaxsat.integrators import BLOCK
+from jaxsat.satellites import read_satellite
+from jaxsat.telemetry import read_telemetry
 
 SESSION = Path(__file__).parents[3] / "jaxsat" / "data" / "munin" / "d-mixed-albedo.RAW_SUN"
 SAMPLES = 8
@@ -30,14 +32,13 @@ class Arc:
     """The first samples of a session, everything free, at the true attitude and rate with the nominal satellite."""
 
     def __init__(self):
-        config = load_config(None, {"albedo.specular": 0.2, "albedo.diffuse": 0.3})
-        prepared = prepare_session(SESSION, config)
-        whole = observations(prepared.session, prepared.orbit_fit, config)
+        satellite = read_satellite(changed={"albedo.specular": 0.2, "albedo.diffuse": 0.3})
+        whole = prepare_session(read_telemetry(SESSION)).observations()
         self.observations = dataclasses.replace(
             whole, t=whole.t[:SAMPLES], currents=whole.currents[:SAMPLES], sun_eci=whole.sun_eci[:SAMPLES]
         )
         self.problem = build_problem(self.observations, noise=2e-3, max_step=16.0)
-        self.nominal = nominal(config)
+        self.nominal = nominal_model(satellite)
         self.parameters = parametrization(self.nominal, MODEL, PriorSigma())
         true = json.loads(SESSION.with_suffix(".truth.json").read_text())
         self.reference = np.array(true["q"][0])

@@ -13,13 +13,15 @@ import pytest
 from fitting.measurements.observations import build_problem
 from fitting.measurements.problem import RATE_UNIT
 from fitting.outcome.posterior import build_target, load_blackjax, sample_posterior
+from fitting.parameters.nominal import nominal_model
 from fitting.parameters.parametrization import parametrization
+from fitting.session import prepare_session
+from fitting.settings import FitSettings
 from fitting.solvers.refine import refine
 from fitting.starts.multi_start import Starts
-from jaxsat.cli.session.inputs import fit_settings, nominal, observations
-from jaxsat.cli.session.prepared import prepare_session
-from jaxsat.cli.settings.files import load_config
 from jaxsat.errors import InputError
+from jaxsat.satellites import read_satellite
+from jaxsat.telemetry import read_telemetry
 
 SESSION = Path(__file__).parents[3] / "jaxsat" / "data" / "munin" / "b-specular50.RAW_SUN"
 SAMPLES = 24
@@ -29,14 +31,13 @@ SAMPLES = 24
 def minimum():
     """Problem, parameters and minimum of the session with its state free and everything else at the truth."""
     truth = json.loads(SESSION.with_suffix(".truth.json").read_text())
-    config = load_config(None, {"fit.free": "state"})
-    prepared = prepare_session(SESSION, config)
-    whole = observations(prepared.session, prepared.orbit_fit, config)
+    settings = FitSettings(free="state")
+    whole = prepare_session(read_telemetry(SESSION)).observations()
     # A third of the session is motion enough for its state.
     cut = {name: getattr(whole, name)[:SAMPLES] for name in ("t", "currents", "sun_eci")}
     data = dataclasses.replace(whole, **cut)
     problem = build_problem(data, noise=2.02e-3, max_step=32.0)
-    true, given = truth["cfg"], nominal(config)
+    true, given = truth["cfg"], nominal_model(read_satellite())
     inertia = np.array(true["inertia"])[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
     given = type(given)(
         magnet=np.array(true["magnet"]),
@@ -47,7 +48,7 @@ def minimum():
         gains=np.array(true["panel_ratio"]),
         albedo=np.array([true["albedo_specular"], true["albedo_diffuse"]]),
     )
-    parameters = parametrization(given, (), fit_settings(config).prior)
+    parameters = parametrization(given, (), settings.prior_sigma)
     x = np.concatenate([np.zeros(3), np.array(truth["w"][0]) / RATE_UNIT])[None]
     weight = np.repeat(np.asarray(problem.valid).astype(float)[:, None], 6, axis=1)
     n = len(data.t)

@@ -14,14 +14,16 @@ from scipy.optimize import least_squares
 from fitting.measurements.observations import build_problem
 from fitting.measurements.problem import RATE_UNIT, predict
 from fitting.outcome.profile import Z_68, Z_95, check_profile, interval, profile, profile_all
+from fitting.parameters.nominal import nominal_model
 from fitting.parameters.parametrization import parametrization
+from fitting.session import prepare_session
+from fitting.settings import FitSettings
 from fitting.solvers.refine import refine
 from fitting.starts.multi_start import Starts
-from jaxsat.cli.session.inputs import fit_settings, nominal, observations
-from jaxsat.cli.session.prepared import prepare_session
-from jaxsat.cli.settings.files import load_config
 from jaxsat.errors import InputError
 from jaxsat.integrators import BLOCK
+from jaxsat.satellites import read_satellite
+from jaxsat.telemetry import read_telemetry
 
 SESSION = Path(__file__).parents[3] / "jaxsat" / "data" / "munin" / "b-specular50.RAW_SUN"
 NOISE = 2.02e-3
@@ -31,14 +33,12 @@ class Minimum:
     """The session refined from its true motion, with its first samples only if `samples` are given."""
 
     def __init__(self, free: str, samples: int | None = None):
-        config = load_config(None, {"fit.free": free})
-        prepared = prepare_session(SESSION, config)
-        data = observations(prepared.session, prepared.orbit_fit, config)
+        settings = FitSettings(free=free)
+        data = prepare_session(read_telemetry(SESSION)).observations()
         if samples is not None:
             data = replace(data, t=data.t[:samples], currents=data.currents[:samples], sun_eci=data.sun_eci[:samples])
-        settings = fit_settings(config)
         self.problem = build_problem(data, noise=NOISE, max_step=32.0)
-        self.parameters = parametrization(nominal(config), settings.free, settings.prior)
+        self.parameters = parametrization(nominal_model(read_satellite()), settings.free_names, settings.prior_sigma)
         truth = json.loads(SESSION.with_suffix(".truth.json").read_text())
         weight = np.repeat(np.asarray(self.problem.valid).astype(float)[:, None], 6, axis=1)
         n = len(data.t)

@@ -13,12 +13,14 @@ from scipy.spatial.transform import Rotation
 from fitting.measurements.observations import build_problem
 from fitting.measurements.problem import RATE_UNIT
 from fitting.outcome.summary import summarize
+from fitting.parameters.nominal import nominal_model
 from fitting.parameters.parametrization import parametrization
+from fitting.session import prepare_session
+from fitting.settings import FitSettings
 from fitting.solvers.refine import Refined, refine
 from fitting.starts.multi_start import Starts
-from jaxsat.cli.session.inputs import fit_settings, nominal, observations
-from jaxsat.cli.session.prepared import prepare_session
-from jaxsat.cli.settings.files import load_config
+from jaxsat.satellites import read_satellite
+from jaxsat.telemetry import read_telemetry
 
 SESSION = Path(__file__).parents[3] / "jaxsat" / "data" / "munin" / "a-nominal-exact.RAW_SUN"
 NOISE = 2e-3
@@ -28,14 +30,13 @@ class Minimum:
     """The exact session with the state free, refined from its true motion."""
 
     def __init__(self):
-        config = load_config(None, {"fit.free": "state"})
-        prepared = prepare_session(SESSION, config)
-        self.data = observations(prepared.session, prepared.orbit_fit, config)
+        settings = FitSettings(free="state")
+        self.data = prepare_session(read_telemetry(SESSION)).observations()
         self.truth = {
             k: np.array(v) for k, v in json.loads(SESSION.with_suffix(".truth.json").read_text()).items() if k != "cfg"
         }
         self.problem = build_problem(self.data, noise=NOISE, max_step=16.0)
-        self.parameters = parametrization(nominal(config), (), fit_settings(config).prior)
+        self.parameters = parametrization(nominal_model(read_satellite()), (), settings.prior_sigma)
         x = np.concatenate([np.zeros(3), self.truth["w"][0] / RATE_UNIT])[None]
         weight = np.asarray(self.problem.valid).astype(float)
         weight[: len(self.data.t)][(self.data.currents.max(axis=1) > 0.006) != self.truth["lit"]] = 0.0

@@ -7,15 +7,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from fitting.parameters.names import NAMED, STATE, parse_free
+from fitting.parameters.nominal import Nominal
 from fitting.parameters.null_space import gauge_text, unseen_directions
-from fitting.parameters.parametrization import (
-    INERTIA_SLICE,
-    MAGNET_SLICE,
-    Nominal,
-    Parametrization,
-    PriorSigma,
-    parametrization,
-)
+from fitting.parameters.parametrization import INERTIA_SLICE, MAGNET_SLICE, Parametrization, parametrization
+from fitting.settings import PriorSigma
 
 NOMINAL = Nominal(
     magnet=np.array([0.3, 0.0, 0.0]),

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from fitting.parameters.names import MODEL, NAMED, STATE, TILTS, TO_UNIT, UNITS, parse_free
-from fitting.parameters.parametrization import Nominal, Parametrization, PriorSigma, build_model, parametrization
+from fitting.parameters.nominal import Nominal
+from fitting.parameters.parametrization import Parametrization, build_model, parametrization
+from fitting.settings import PriorSigma
 from jaxsat.errors import InputError
 from jaxsat.spacecraft import box_normals
 
@@ -216,21 +218,22 @@ def test_bounds_are_those_of_physical_values():
 
 
 def test_model_has_each_value_in_its_place():
-    spacecraft, albedo = build_model(jnp.asarray(VALUES), jnp.asarray(3e-5))
+    spacecraft, panels, albedo = build_model(jnp.asarray(VALUES), jnp.asarray(3e-5))
     expected = [[0.05, 0.001, -0.002], [0.001, 0.06, 0.003], [-0.002, 0.003, 0.07]]
     np.testing.assert_array_equal(spacecraft.inertia, expected)
     np.testing.assert_array_equal(spacecraft.magnet, [0.3, 0.0, 0.04])
     # In the reference field along its axis a rod has the moment of its name.
     field = jnp.array([3e-5, 3e-5, 3e-5])
+    assert spacecraft.rods is not None and spacecraft.panels is panels
     np.testing.assert_allclose(spacecraft.rods.dipole(field), [0.0, 0.03, 0.02], rtol=1e-14)
-    assert float(spacecraft.panels.max_current) == 0.24 and float(spacecraft.panels.gains[1]) == 1.1
+    assert float(panels.max_current) == 0.24 and float(panels.gains[1]) == 1.1
     assert (float(albedo.specular), float(albedo.diffuse)) == (0.1, 0.3)
-    np.testing.assert_array_equal(spacecraft.panels.normals, box_normals())
+    np.testing.assert_array_equal(panels.normals, box_normals())
     tilts = dict.fromkeys(TILTS, 0.0) | {"tilts.-y.x": 0.1, "tilts.+z.y": 0.2}
-    tilted, _ = build_model(jnp.asarray([*VALUES[:20], *tilts.values()]), jnp.asarray(3e-5))
+    _, tilted, _ = build_model(jnp.asarray([*VALUES[:20], *tilts.values()]), jnp.asarray(3e-5))
     # A right-handed turn about body x carries -y towards -z, one about y carries z towards x.
-    np.testing.assert_allclose(tilted.panels.normals[3], [0.0, -np.cos(0.1), -np.sin(0.1)], atol=1e-15)
-    np.testing.assert_allclose(tilted.panels.normals[4], [np.sin(0.2), 0.0, np.cos(0.2)], atol=1e-15)
+    np.testing.assert_allclose(tilted.normals[3], [0.0, -np.cos(0.1), -np.sin(0.1)], atol=1e-15)
+    np.testing.assert_allclose(tilted.normals[4], [np.sin(0.2), 0.0, np.cos(0.2)], atol=1e-15)
 
 
 def test_a_flat_body_moves_entry_by_entry():

@@ -1,12 +1,10 @@
 """Each rule of the adaptive weights alone, by hand, and the two corrections of the data."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
-from fitting.solvers.adaptive import AdaptiveRules, PanelLight, corrected, rule_weights
-from jaxsat.cli.settings.sections import Adaptive
+from fitting.settings import AdaptiveRules
+from fitting.solvers.adaptive import PanelLight, corrected, rule_weights
 
 OFF = AdaptiveRules(
     limiting_ratio=0.0,
@@ -30,7 +28,7 @@ HORIZON = np.array([0.6, 0.6])
 
 def weights(number=1, **changes):
     """Relative to those of a rule-free current, of which the mean-one normalisation is taken out by the last one."""
-    found = rule_weights(dataclasses.replace(OFF, **changes), MEASURED, LIGHT, HORIZON, IMAX, number)
+    found = rule_weights(OFF.changed(**changes), MEASURED, LIGHT, HORIZON, IMAX, number)
     assert found.mean() == pytest.approx(1.0) and np.all(found >= 0.0)
     return found
 
@@ -74,14 +72,10 @@ def test_mirrored_light_by_the_formula_of_the_paper(number):
 
 def test_corrections_of_the_data():
     sunlit = np.array([True, False])
-    shadow = dataclasses.replace(OFF, zero_in_shadow=True)
+    shadow = OFF.changed(zero_in_shadow=True)
     np.testing.assert_array_equal(corrected(shadow, MEASURED, sunlit, LIGHT), [MEASURED[0], np.zeros(6)])
-    away = corrected(dataclasses.replace(OFF, zero_turned_away=True), MEASURED, sunlit, LIGHT)
+    away = corrected(OFF.changed(zero_turned_away=True), MEASURED, sunlit, LIGHT)
     # +Y of the first sample stays, -Y with its 15 mA of albedo does not face the Sun.
     np.testing.assert_array_equal(away, np.where(COS_SUN > 0.0, MEASURED, 0.0))
     assert away[0, 3] == 0.0 and MEASURED[0, 3] > 0.0
     np.testing.assert_array_equal(corrected(OFF, MEASURED, sunlit, LIGHT), MEASURED)
-
-
-def test_configuration_has_the_same_defaults():
-    assert AdaptiveRules(**Adaptive().model_dump(exclude={"on"})) == AdaptiveRules()

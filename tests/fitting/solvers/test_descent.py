@@ -11,14 +11,17 @@ import pytest
 
 from fitting.measurements.observations import build_problem
 from fitting.measurements.problem import RATE_UNIT
-from fitting.parameters.parametrization import PriorSigma, parametrization
+from fitting.parameters.nominal import nominal_model
+from fitting.parameters.parametrization import parametrization
+from fitting.session import prepare_session
+from fitting.settings import PriorSigma
 from fitting.solvers.descent import adam, lbfgs
 from fitting.solvers.least_squares import Settings, levenberg_marquardt
 from fitting.starts.multi_start import NONE
-from jaxsat.cli.session.inputs import nominal, observations
-from jaxsat.cli.session.prepared import BUNDLED, prepare_session
-from jaxsat.cli.settings.files import load_config
+from jaxsat.bundled import BUNDLED
 from jaxsat.integrators import BLOCK
+from jaxsat.satellites import read_satellite
+from jaxsat.telemetry import read_telemetry
 
 SAMPLES = 16
 PLAIN, ROBUST = 1e4, 3.0
@@ -30,12 +33,10 @@ class Arc:
     """The first samples of the bundled session, the state and the specular albedo free, started 3 deg off the truth."""
 
     def __init__(self):
-        config = load_config()
-        prepared = prepare_session(BUNDLED, config)
-        whole = observations(prepared.session, prepared.orbit_fit, config)
+        whole = prepare_session(read_telemetry(BUNDLED)).observations()
         cut = {"t": whole.t[:SAMPLES], "currents": whole.currents[:SAMPLES], "sun_eci": whole.sun_eci[:SAMPLES]}
         self.problem = build_problem(dataclasses.replace(whole, **cut), noise=2e-3, max_step=32.0)
-        self.parameters = parametrization(nominal(config), ("albedo.specular",), PriorSigma())
+        self.parameters = parametrization(nominal_model(read_satellite()), ("albedo.specular",), PriorSigma())
         true = json.loads(BUNDLED.with_suffix(".truth.json").read_text())
         self.reference = np.array(true["q"][0])
         self.x = np.array([0.03, -0.03, 0.02, *np.array(true["w"][0]) / RATE_UNIT + [0.02, -0.02, 0.01], 0.0])

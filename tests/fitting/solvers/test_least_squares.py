@@ -13,7 +13,10 @@ import pytest
 from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.observations import build_problem
 from fitting.measurements.problem import RATE_UNIT, Prediction
+from fitting.parameters.nominal import nominal_model
 from fitting.parameters.parametrization import parametrization
+from fitting.session import prepare_session
+from fitting.settings import FitSettings
 from fitting.solvers.least_squares import (
     Point,
     Settings,
@@ -23,9 +26,8 @@ from fitting.solvers.least_squares import (
     solve_bounded,
 )
 from fitting.starts.multi_start import NONE, Stage, solve
-from jaxsat.cli.session.inputs import fit_settings, nominal, observations
-from jaxsat.cli.session.prepared import prepare_session
-from jaxsat.cli.settings.files import load_config
+from jaxsat.satellites import read_satellite
+from jaxsat.telemetry import read_telemetry
 
 SESSION = Path(__file__).parents[3] / "jaxsat" / "data" / "munin" / "a-nominal-exact.RAW_SUN"
 PLAIN = 1e4
@@ -149,11 +151,10 @@ class Session:
     """The exact session with the state free, and its true attitude and rate as a start."""
 
     def __init__(self):
-        config = load_config(None, {"fit.free": "state"})
-        prepared = prepare_session(SESSION, config)
-        data = observations(prepared.session, prepared.orbit_fit, config)
+        settings = FitSettings(free="state")
+        data = prepare_session(read_telemetry(SESSION)).observations()
         self.problem = build_problem(data, noise=2e-3, max_step=16.0)
-        self.parameters = parametrization(nominal(config), (), fit_settings(config).prior)
+        self.parameters = parametrization(nominal_model(read_satellite()), (), settings.prior_sigma)
         true = json.loads(SESSION.with_suffix(".truth.json").read_text())
         self.q = np.array(true["q"])
         self.x = np.concatenate([np.zeros(3), np.array(true["w"][0]) / RATE_UNIT])[None]

@@ -9,12 +9,14 @@ import pytest
 
 from fitting.measurements.observations import build_problem
 from fitting.measurements.problem import RATE_UNIT
+from fitting.parameters.nominal import nominal_model
 from fitting.parameters.parametrization import parametrization
+from fitting.session import prepare_session
+from fitting.settings import FitSettings
 from fitting.solvers.refine import LIKELIHOODS, MAX_MINIMA, MORE_ROUNDS, candidates, refine
 from fitting.starts.multi_start import Starts, solve
-from jaxsat.cli.session.inputs import fit_settings, nominal, observations
-from jaxsat.cli.session.prepared import prepare_session
-from jaxsat.cli.settings.files import load_config
+from jaxsat.satellites import read_satellite
+from jaxsat.telemetry import read_telemetry
 
 SESSION = Path(__file__).parents[3] / "jaxsat" / "data" / "munin" / "c-specular50-limited.RAW_SUN"
 
@@ -23,12 +25,10 @@ class Limited:
     """The session with everything free, at its finest usual grid."""
 
     def __init__(self):
-        config = load_config(None, {"fit.free": "state,magnet,rods,imax,inertia,albedo"})
-        prepared = prepare_session(SESSION, config)
-        self.data = observations(prepared.session, prepared.orbit_fit, config)
-        settings = fit_settings(config)
+        settings = FitSettings(free="state,magnet,rods,imax,inertia,albedo")
+        self.data = prepare_session(read_telemetry(SESSION)).observations()
         self.problem = build_problem(self.data, noise=2.02e-3, max_step=16.0)
-        self.parameters = parametrization(nominal(config), settings.free, settings.prior)
+        self.parameters = parametrization(nominal_model(read_satellite()), settings.free_names, settings.prior_sigma)
         self.truth = json.loads(SESSION.with_suffix(".truth.json").read_text())
         bright = self.data.currents.max(axis=1) > 6e-3
         self.lit = bright & (np.asarray(self.problem.light.illumination)[: len(bright)] > 0.5)

@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 
 from fitting.parameters.names import GAINS, parse_free
-from fitting.parameters.parametrization import GAINS_SLICE, Nominal, PriorSigma, parametrization
+from fitting.parameters.nominal import Nominal
+from fitting.parameters.parametrization import GAINS_SLICE, parametrization
+from fitting.settings import PriorSigma
 from fitting.starts.first_guesses import filled_in, first_unknowns, silent_panels, sun_direction_body
 
 NOMINAL = Nominal(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fitting.starts.first_guesses import random_starts, shortest_turn, sun_direction_body
+from fitting.starts.first_guesses import random_starts, sun_direction_body
 
 RNG = np.random.default_rng(0)
 NORMALS = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
@@ -29,27 +29,6 @@ def test_sun_is_read_from_the_panels_of_a_box():
 def test_weaker_panel_of_a_pair_is_light_of_the_earth():
     found = sun_direction_body(jnp.array([0.1, 0.05, 0.02, 0.2, 0.0, 0.0]))
     np.testing.assert_allclose(found, unit(np.array([0.1, -0.2, 0.0])), atol=1e-15)
-
-
-@pytest.mark.parametrize("case", range(12))
-def test_shortest_turn_carries_one_vector_onto_the_other(case):
-    a, b = unit(RNG.normal(size=(2, 3)))
-    if case == 0:
-        b = a
-    turn = rotation(shortest_turn(jnp.asarray(a), jnp.asarray(b)))
-    np.testing.assert_allclose(turn.apply(a), b, atol=1e-14)
-    assert turn.magnitude() == pytest.approx(2.0 * np.arcsin(0.5 * np.linalg.norm(a - b)), abs=1e-12)
-
-
-@pytest.mark.parametrize("a", [*NORMALS, *unit(RNG.normal(size=(5, 3)))])
-def test_opposite_vectors_are_half_a_turn_apart(a):
-    q = np.asarray(shortest_turn(jnp.asarray(a), jnp.asarray(-a)))
-    assert np.linalg.norm(q) == pytest.approx(1.0, abs=1e-14)
-    np.testing.assert_allclose(rotation(q).apply(a), -a, atol=1e-12)
-    # Just short of opposite the axis is still well defined.
-    near = unit(-a + 1e-5 * unit(np.cross(a, [0.3, 0.5, 0.7])))
-    turned = rotation(shortest_turn(jnp.asarray(a), jnp.asarray(near))).apply(a)
-    np.testing.assert_allclose(turned, near, atol=1e-9)
 
 
 def test_random_starts_are_spread_evenly_under_the_sun():

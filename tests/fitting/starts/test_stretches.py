@@ -8,12 +8,14 @@ import pytest
 
 from fitting.measurements.problem import RATE_UNIT
 from fitting.parameters.names import parse_free
-from fitting.parameters.parametrization import PriorSigma, parametrization
+from fitting.parameters.nominal import nominal_model
+from fitting.parameters.parametrization import parametrization
+from fitting.session import prepare_session
+from fitting.settings import PriorSigma
 from fitting.starts.multi_start import Starts
 from fitting.starts.stretches import carried_to, longest_stretch
-from jaxsat.cli.session.inputs import nominal, observations
-from jaxsat.cli.session.prepared import prepare_session
-from jaxsat.cli.settings.files import load_config
+from jaxsat.satellites import read_satellite
+from jaxsat.telemetry import read_telemetry
 
 SESSION = Path(__file__).parents[3] / "jaxsat" / "data" / "munin" / "a-nominal-exact.RAW_SUN"
 
@@ -39,11 +41,9 @@ def test_lost_samples_are_no_shadow():
 
 def test_the_true_motion_is_carried_back_to_its_start():
     """From the truth of another program at a sample after the shadow to that at the first one."""
-    config = load_config(None, {})
-    prepared = prepare_session(SESSION, config)
-    samples = observations(prepared.session, prepared.orbit_fit, config)
+    samples = prepare_session(read_telemetry(SESSION)).observations()
     truth = json.loads(SESSION.with_suffix(".truth.json").read_text())
-    parameters = parametrization(nominal(config), parse_free("rods"), PriorSigma())
+    parameters = parametrization(nominal_model(read_satellite()), parse_free("rods"), PriorSigma())
     begin = 65
     x = np.zeros((2, 8))
     x[:, 3:6] = np.array(truth["w"][begin]) / RATE_UNIT

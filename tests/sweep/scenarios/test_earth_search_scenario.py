@@ -6,10 +6,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxsat.cli.earth_search import case_history, make
 from jaxsat.cli.sweep.case import write_history
 from jaxsat.errors import InputError
 from jaxsat.sweep.scenarios import earth_search
+from jaxsat.sweep.scenarios.earth_search import make
 
 
 @pytest.mark.parametrize(
@@ -51,11 +51,12 @@ def test_what_is_assumed_is_said():
 
 
 def test_a_case_has_a_history_and_a_picture(tmp_path):
-    settings, _, samples = earth_search.history({"spacecraft": "small", "time_s": "60", "brightness": "even"}, 1, 5)
-    assert settings.period_s == 0.5 and samples.mode.shape == (120,)
-    columns, panels = case_history(samples)
-    t_s = settings.period_s * np.arange(120)
-    write_history(tmp_path, t_s, columns, panels, title="Earth search, case 5")
+    scenario = make({"spacecraft": "small", "time_s": "60", "brightness": "even"})
+    assert scenario.history is not None
+    history = scenario.history(1, 5)
+    columns = history.columns
+    assert history.t_s[1] == 0.5 and columns["mode"].shape == (120,)
+    write_history(tmp_path, history, scenario, seed=1, case=5)
     rows = (tmp_path / "history.csv").read_text().splitlines()
     assert len(rows) == 121 and rows[0].startswith("t_s,nadir_x") and "first-y_W_m2_sr" in rows[0]
     assert (tmp_path / "history.png").stat().st_size > 20_000

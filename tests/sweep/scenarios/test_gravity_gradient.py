@@ -8,11 +8,11 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from jaxsat.cli.gravity_gradient import make
+from jaxsat.cli.sweep.case import write_history
 from jaxsat.errors import InputError
 from jaxsat.sweep import run_cases
 from jaxsat.sweep.scenarios import gravity_gradient
-from jaxsat.sweep.scenarios.gravity_gradient import MOMENTS, RADIUS, History, outcome
+from jaxsat.sweep.scenarios.gravity_gradient import MOMENTS, RADIUS, Motion, make, outcome
 
 MU = 3.986004418e14
 N = math.sqrt(MU / RADIUS**3)
@@ -21,11 +21,11 @@ CASES = np.arange(SCENARIO.chunk, dtype=np.int64)
 
 
 @pytest.fixture(scope="module")
-def history() -> History:
-    return gravity_gradient.histories(1, CASES, tilt=math.radians(15.0), rate=math.radians(0.04), orbits=1.0)
+def motion() -> Motion:
+    return gravity_gradient.motions(1, CASES, tilt=math.radians(15.0), rate=math.radians(0.04), orbits=1.0)
 
 
-def test_motion_is_that_of_independent_equations(history):
+def test_motion_is_that_of_independent_equations(motion):
     """Euler's equation in the frame of the orbit, by SciPy, from the same initial states."""
     J = np.diag(MOMENTS)
 
@@ -42,34 +42,34 @@ def test_motion_is_that_of_independent_equations(history):
     # Plane of the orbit: inclination 98 degrees, node and perigee at zero.
     orbit = Rotation.from_rotvec([math.radians(98.0), 0.0, 0.0])
     for case in (0, 25):
-        attitude = Rotation.from_quat(history.quaternion[case, 0], scalar_first=True)
-        rate = history.rate[case, 0] + attitude.inv().apply(orbit.apply([0.0, 0.0, N]))
-        start = np.concatenate([history.quaternion[case, 0], rate])
-        found = solve_ivp(slope, (0.0, history.t_s[-1]), start, "DOP853", history.t_s, rtol=1e-11, atol=1e-12).y.T
+        attitude = Rotation.from_quat(motion.quaternion[case, 0], scalar_first=True)
+        rate = motion.rate[case, 0] + attitude.inv().apply(orbit.apply([0.0, 0.0, N]))
+        start = np.concatenate([motion.quaternion[case, 0], rate])
+        found = solve_ivp(slope, (0.0, motion.t_s[-1]), start, "DOP853", motion.t_s, rtol=1e-11, atol=1e-12).y.T
         # Of RK4 1e-7, which the case that tumbles makes larger.
-        np.testing.assert_allclose(history.quaternion[case], found[:, :4], rtol=0, atol=2e-5)
-        t = history.t_s
+        np.testing.assert_allclose(motion.quaternion[case], found[:, :4], rtol=0, atol=2e-5)
+        t = motion.t_s
         up = orbit.apply(np.stack([np.cos(N * t), np.sin(N * t), 0.0 * t], axis=1))
         axis = Rotation.from_quat(found[:, :4], scalar_first=True).apply([0.0, 0.0, 1.0])
-        np.testing.assert_allclose(np.cos(history.tilt[case]), np.sum(up * axis, axis=1), rtol=0, atol=2e-5)
+        np.testing.assert_allclose(np.cos(motion.tilt[case]), np.sum(up * axis, axis=1), rtol=0, atol=2e-5)
 
 
-def test_outcomes_are_those_of_the_histories(history):
+def test_outcomes_are_those_of_the_histories(motion):
     found = run_cases(SCENARIO, 1, CASES)
-    np.testing.assert_array_equal(found["largest_tilt_deg"], np.degrees(history.tilt).max(axis=1))
+    np.testing.assert_array_equal(found["largest_tilt_deg"], np.degrees(motion.tilt).max(axis=1))
     tumbling = found["status"] == 1
     assert 0 < tumbling.sum() < 100
     np.testing.assert_array_equal(tumbling, found["largest_tilt_deg"] > 90.0)
     np.testing.assert_array_equal(tumbling, np.isfinite(found["upset_time_s"]))
     first = np.flatnonzero(tumbling)[0]
-    index = np.searchsorted(history.t_s, found["upset_time_s"][first])
-    assert history.tilt[first, index - 1] < 0.5 * math.pi < history.tilt[first, index]
+    index = np.searchsorted(motion.t_s, found["upset_time_s"][first])
+    assert motion.tilt[first, index - 1] < 0.5 * math.pi < motion.tilt[first, index]
 
 
-def test_a_motion_that_is_not_finite_has_diverged(history):
-    tilt = history.tilt.copy()
+def test_a_motion_that_is_not_finite_has_diverged(motion):
+    tilt = motion.tilt.copy()
     tilt[3, 7] = np.nan
-    found = outcome(History(history.t_s, history.quaternion, history.rate, tilt))
+    found = outcome(Motion(motion.t_s, motion.quaternion, motion.rate, tilt))
     assert found["status"][3] == 2 and np.isnan(found["largest_tilt_deg"][3])
 
 
@@ -84,22 +84,22 @@ def test_a_case_does_not_depend_on_the_others_of_its_chunk():
     assert mixed["largest_tilt_deg"][0] != whole["largest_tilt_deg"][0]
 
 
-def test_replay_writes_the_history_of_the_case(tmp_path: Path, history):
-    assert SCENARIO.replay is not None
-    SCENARIO.replay(1, 25, tmp_path)
+def test_replay_writes_the_history_of_the_case(tmp_path: Path, motion):
+    assert SCENARIO.history is not None
+    write_history(tmp_path, SCENARIO.history(1, 25), SCENARIO, seed=1, case=25)
     rows = np.genfromtxt(tmp_path / "history.csv", delimiter=",", names=True)
-    np.testing.assert_allclose(rows["tilt_deg"], np.degrees(history.tilt[25]), rtol=1e-9)
+    np.testing.assert_allclose(rows["tilt_deg"], np.degrees(motion.tilt[25]), rtol=1e-9)
     assert (tmp_path / "history.png").read_bytes()[:4] == b"\x89PNG"
 
 
-def test_options_reach_the_motion(history, monkeypatch):
+def test_options_reach_the_motion(motion, monkeypatch):
     given = {}
 
     def record(seed, cases, **settings):
         given.update(settings)
-        return history
+        return motion
 
-    monkeypatch.setattr(gravity_gradient, "histories", record)
+    monkeypatch.setattr(gravity_gradient, "motions", record)
     run_cases(make({"tilt_deg": "180", "orbits": "2.5"}), 1, CASES)
     assert given == {"tilt": math.pi, "rate": math.radians(0.04), "orbits": 2.5}
     with pytest.raises(InputError, match="rate_deg_s: expected a number from 0 to 1, found '2'"):

@@ -13,8 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from jaxsat.control.emergency_mode.loop import moved
 from jaxsat.control.emergency_mode.orbit import Leg, SunFollowing, fly, leg, wanted_attitude
-from jaxsat.control.emergency_mode.vehicle import nominal_vehicle, outer_surface, turned_panels
-from jaxsat.control.rotating_panels import (
+from jaxsat.control.emergency_mode.rotating_panels import (
     PARKED,
     PanelMotion,
     PanelSlew,
@@ -24,6 +23,7 @@ from jaxsat.control.rotating_panels import (
     panel_motion,
     panel_torque,
 )
+from jaxsat.control.emergency_mode.vehicle import nominal_vehicle, outer_surface, turned_panels
 from jaxsat.environment import igrf_dipole
 
 PANEL = np.array([[300.0, 20.0, -30.0], [20.0, 350.0, 10.0], [-30.0, 10.0, 120.0]])

@@ -1,67 +1,49 @@
-"""search.html: one Earth search with its time to slide, the sky as the spacecraft sees it, signals and thresholds."""
+"""One Earth search as its page shows it: time to slide, the sky seen from the spacecraft, signals and thresholds."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-PAGE = "search.html"
+from jaxsat.sweep.history import Page
+
 COLOURS = ("#c2410c", "#1d63b8", "#2e8b3d", "#7c3aed")
 
 
-def search_page(
-    options: Mapping[str, str],
-    case: Any,
-    samples: Any,
-    t_s: np.ndarray,
-    png: bytes,
-    *,
-    title: str,
-    subtitle: str,
-) -> str:
-    """Returns the page of one case.
+def search_page(options: Mapping[str, str], sensor: Any, disk: float, samples: Any, t_s: np.ndarray) -> Page:
+    """The page of one case, by its `HorizonSensor` and the angle from the nadir to the horizon [rad].
 
-    `case` is the `SearchCases` of it alone, `samples` its `SearchSample` with the steps in front, at the times `t_s`;
-    `png` is its picture for whoever has no script.
+    `samples` is its `Sample` with the periods in front, at the times `t_s`.
     """
     from jaxsat.control.earth_search.law import TRACK
-    from jaxsat.report import Live, Picture, Remarks, page
-    from jaxsat.sweep.scenarios.earth_search import ASSUMPTIONS
 
     mode = np.asarray(samples.mode)
     begins = np.flatnonzero((mode == TRACK) & (np.concatenate([[0], mode[:-1]]) != TRACK))
-    off_deg = float(np.degrees(samples.error[-1]))
-    if mode[-1] == TRACK:
-        verdict, text = "good", "Tracks the Earth."
+    off_deg, tracks = float(np.degrees(samples.error[-1])), bool(mode[-1] == TRACK)
+    if tracks:
         message = f"For good from {t_s[begins[-1]]:.0f} s on; {off_deg:.2f} deg off at the end."
     else:
-        verdict, text = "bad", "Does not track the Earth at the end."
         message = f"Began to track {len(begins)} times; {off_deg:.1f} deg off at the end."
-    picture = Picture(title, png, "angles, presence, first harmonics, rates and mode over time")
-    return page(
-        title,
-        subtitle=subtitle,
-        verdict=verdict,
-        verdict_text=text,
-        message=message,
-        sections=[
-            Live("search", "Sky about body z, seen from the spacecraft", picture),
-            Remarks("Assumed", ASSUMPTIONS),
-        ],
-        data=page_data(options, case, samples, t_s),
+    return Page(
         script="search",
+        heading="Sky about body z, seen from the spacecraft",
+        good=tracks,
+        verdict="Tracks the Earth." if tracks else "Does not track the Earth at the end.",
+        message=message,
+        alternative="angles, presence, first harmonics, rates and mode over time",
+        data=_data(options, sensor, disk, samples, t_s),
     )
 
 
-def page_data(options: Mapping[str, str], case: Any, samples: Any, t_s: np.ndarray) -> dict[str, Any]:
-    """Returns what the script draws from, angles in degrees."""
+def _data(options: Mapping[str, str], sensor: Any, disk: float, samples: Any, t_s: np.ndarray) -> dict[str, Any]:
+    """What the script draws from."""
     from jaxsat.control.earth_search.law import SENSORS
 
-    sensor = case.craft.sensor
     rates = np.degrees(np.asarray(samples.angular_velocity)[:, :2])
     return {
         "sensors": [{"name": name, "colour": colour} for name, colour in zip(SENSORS, COLOURS, strict=True)],
-        "disk_deg": float(np.degrees(case.scene.disk[0])),
+        "disk_deg": math.degrees(disk),
         "cone_deg": float(np.degrees(sensor.cone_angle)),
         "amplitude_deg": float(np.degrees(sensor.amplitude)),
         "threshold": float(sensor.threshold),

@@ -1,17 +1,24 @@
-"""From a prepared session and a configuration to the fit's SI input, against the truth beside the sessions."""
+"""From a session to the fit's SI input, against the truth beside the sessions."""
 
 import json
 import math
+from typing import get_args
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from fitting.parameters.names import TILTS
-from jaxsat.cli.session.inputs import fit_settings, nominal, observations, surroundings
-from jaxsat.cli.session.prepared import BUNDLED, prepare_session
-from jaxsat.cli.settings.files import load_config
+from fitting.parameters.nominal import nominal_model
+from fitting.session import prepare_session
+from fitting.settings import FitSettings
+from fitting.solvers.chunk import EVALUATIONS
+from fitting.solvers.refine import LIKELIHOODS
+from jaxsat.bundled import BUNDLED
 from jaxsat.errors import InputError
+from jaxsat.given import Earth, Given, Orbit, Sun
+from jaxsat.satellites import read_satellite
+from jaxsat.telemetry import read_telemetry
 
 SESSION = BUNDLED.with_name("a-nominal-exact.RAW_SUN")
 
@@ -23,16 +30,11 @@ def truth():
 
 @pytest.fixture(scope="module")
 def prepared():
-    return prepare_session(SESSION, load_config())
-
-
-def observe(prepared, **overrides):
-    config = load_config(None, {key.replace("__", "."): value for key, value in overrides.items()})
-    return observations(prepared.session, prepared.orbit_fit, config)
+    return prepare_session(read_telemetry(SESSION))
 
 
 def test_samples_and_surroundings_are_the_true_ones(prepared, truth):
-    data = observe(prepared)
+    data = prepared.observations()
     np.testing.assert_allclose(data.t, truth["t"], atol=1e-9)
     # Amperes; the file has whole milliamperes.
     np.testing.assert_allclose(data.currents, 1e-3 * np.array(truth["currents_clean"]), atol=0.51e-3)
@@ -45,47 +47,42 @@ def test_samples_and_surroundings_are_the_true_ones(prepared, truth):
 
 
 def test_arc_takes_its_ends(prepared):
-    data = observe(prepared, fit__arc_s=[64.0, 640.0])
+    data = prepared.observations((64.0, 640.0))
     assert data.t[0] == 64.0 and data.t[-1] == 640.0
     assert len(data.t) == len(data.currents) == len(data.sun_eci) == 10
     with pytest.raises(InputError, match=r"RAW_SUN: arc: no sample between 10 and 20 s; .* from 0 to 4480 s"):
-        observe(prepared, fit__arc_s=[10.0, 20.0])
+        prepared.observations((10.0, 20.0))
 
 
-def test_configuration_takes_the_place_of_what_is_found(prepared):
+def test_what_is_given_takes_the_place_of_what_is_found(prepared):
     """Table 1 of Penkov et al. 2009: elements, Greenwich angle at perigee and Sun as published."""
-    config = load_config(
-        None,
-        {
-            "orbit.inclination_deg": 95.438873,
-            "orbit.raan_deg": 64.81879,
-            "orbit.argument_of_perigee_deg": 16.675906,
-            "orbit.eccentricity": 0.072661,
-            "orbit.semi_major_axis_km": 7630.026457,
-            "orbit.time_of_perigee_s": 3230.533197,
-            "earth.greenwich_angle_at_perigee_deg": 204.78,
-            "earth.radius_km": 6378.0,
-            "sun.direction_eci": [0.47176670, -0.80932067, -0.34990890],
-        },
+    orbit = Orbit(
+        inclination_deg=95.438873,
+        raan_deg=64.81879,
+        argument_of_perigee_deg=16.675906,
+        eccentricity=0.072661,
+        semi_major_axis_km=7630.026457,
+        time_of_perigee_s=3230.533197,
     )
-    given = prepare_session(prepared.session.path, config)
-    around = surroundings(given.session, given.orbit_fit, config)
+    earth = Earth(greenwich_angle_at_perigee_deg=204.78, radius_km=6378.0)
+    sun = Sun(direction_eci=(0.47176670, -0.80932067, -0.34990890))
+    given = prepare_session(prepared.session, Given(orbit=orbit, earth=earth, sun=sun))
+    sun_eci = given.sun_eci(given.session.t_s)
     position, _ = given.orbit_fit.orbit(jnp.asarray(3230.533197))
     # The exact session flew these elements, to the digits published.
     assert given.orbit_fit.rms_after_m < 1.0 and "given by the configuration" in given.orbit_fit.message
     # At perigee: a (1 - e) from the centre.
     assert np.linalg.norm(position) == pytest.approx(7630026.457 * (1 - 0.072661), rel=1e-9)
-    assert math.degrees(around.greenwich_angle) == pytest.approx(204.78 - 3230.533197 * 360.98564737 / 86400, abs=1e-4)
-    assert around.sun_eci.shape == (71, 3) and np.ptp(around.sun_eci, axis=0).max() == 0.0
-    np.testing.assert_allclose(np.linalg.norm(around.sun_eci, axis=1), 1.0, atol=1e-15)
-    np.testing.assert_allclose(around.sun_eci[0], [0.47176670, -0.80932067, -0.34990890], atol=1e-7)
-    assert observations(prepared.session, prepared.orbit_fit, config).earth_radius == 6378000.0
+    assert math.degrees(given.greenwich_angle) == pytest.approx(204.78 - 3230.533197 * 360.98564737 / 86400, abs=1e-4)
+    assert sun_eci.shape == (71, 3) and np.ptp(sun_eci, axis=0).max() == 0.0
+    np.testing.assert_allclose(np.linalg.norm(sun_eci, axis=1), 1.0, atol=1e-15)
+    np.testing.assert_allclose(sun_eci[0], [0.47176670, -0.80932067, -0.34990890], atol=1e-7)
+    assert given.observations().earth_radius == 6378000.0
 
 
 def test_satellite_in_si():
-    config = load_config(
-        None,
-        {
+    satellite = read_satellite(
+        changed={
             "spacecraft.magnet_modulus_A_m2": 0.4,
             "spacecraft.magnet_azimuth_deg": 90.0,
             "spacecraft.rods_A_m2": [0.01, 0.02],
@@ -97,7 +94,7 @@ def test_satellite_in_si():
             "spacecraft.panel_tilts_deg": [[0.0, 0.0], [0.0, 2.0], [0.0, 0.0], [-1.0, 0.0], [0.0, 0.0], [0.0, 0.0]],
         },
     )
-    craft = nominal(config)
+    craft = nominal_model(satellite)
     expected = [0, 0.4, 0, 0.01, 0.02, 0.05, 0.06, 0.07, 1e-3, 2e-3, 3e-3, 0.25, 1, 1.1, 1.2, 1.3, 1.4, 1.5, 0.3, 0.1]
     np.testing.assert_allclose(craft.vector()[:20], expected, atol=1e-16)
     tilts = dict(zip(TILTS, np.degrees(craft.vector()[20:]), strict=True))
@@ -108,32 +105,17 @@ def test_satellite_in_si():
     assert craft.reference_field == 3e-5
 
 
-def test_every_key_of_the_fit_arrives():
-    chosen = {
-        "free": "alsI23,albedo.diffuse",
-        "starts": 17,
-        "seed": 5,
-        "noise_mA": 1.5,
-        "quantum_mA": 0.5,
-        "zero_is_floor": False,
-        "max_rate_deg_s": 2.5,
-        "step_s": 20.0,
-        "likelihood": "student",
-        "solver": "lbfgs",
-    }
-    priors = {
-        "magnet_A_m2": 0.1,
-        "rods_A_m2": 0.2,
-        "imax_relative": 0.3,
-        "gains": 0.4,
-        "inertia_relative": 0.5,
-        "albedo": 0.6,
-        "tilts_deg": 0.7,
-    }
-    settings = fit_settings(load_config(None, {f"fit.{k}": v for k, v in chosen.items()} | {"fit.prior_sigma": priors}))
-    assert settings.free == ("rods.y", "rods.z", "albedo.diffuse")
-    for name in set(chosen) - {"free"}:
-        assert getattr(settings, name) == chosen[name]
-    prior = settings.prior
-    assert (prior.magnet, prior.rods, prior.imax_relative) == (0.1, 0.2, 0.3)
-    assert (prior.gains, prior.inertia_relative, prior.albedo) == (0.4, 0.5, 0.6)
+def test_choices_are_those_that_there_are():
+    fields = FitSettings.model_fields
+    assert set(get_args(fields["likelihood"].annotation)) == set(LIKELIHOODS)
+    assert set(get_args(fields["solver"].annotation)) == set(EVALUATIONS)
+    assert FitSettings(free="alsI23,albedo.diffuse").free_names == ("rods.y", "rods.z", "albedo.diffuse")
+    assert FitSettings().changed(free=["rods.z", "magnet.x"]).free_names == ("magnet.x", "rods.z")
+    assert FitSettings().changed(free=()).free_names == ()
+    for wrong, expected in (
+        ({"free": "magnt"}, "Did you mean magnet"),
+        ({"noise_mA": -1.0}, "noise_mA"),
+        ({"x": 1}, "x"),
+    ):
+        with pytest.raises(ValueError, match=expected):
+            FitSettings().changed(**wrong)

@@ -1,0 +1,86 @@
+"""Runs of a study's closed loop: many cases at once in one scan, or one case with its history."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Int, Key, PyTree
+
+from jaxsat.math.case_scan import scan_cases
+from jaxsat.math.scalars import elements
+
+Random = Callable[[Key[Array, ""]], Array]
+"""The random numbers of one control period, by a key of it."""
+
+
+@dataclass(frozen=True)
+class ClosedLoop:
+    """One control period of one case, as a study writes it."""
+
+    period: Callable[..., tuple[PyTree, PyTree]]
+    """`period(*fixed, state, random, *given)` returns the state a period on, and what a person would plot of it."""
+    like: tuple[PyTree, ...]
+    """Shapes of what is `fixed` for one case."""
+    random: Random | None = None
+    """None where the loop needs no random numbers: `period` then gets None for them."""
+
+
+def normals(count: int) -> Random:
+    """So many unit normal numbers."""
+    return lambda key: jax.random.normal(key, (count,))
+
+
+def random_of(random: Random, key: Key[Array, ""], number: Int[Array, ""]) -> Array:
+    """What is random in control period `number` of a case: of its key and the number alone."""
+    return random(jax.random.fold_in(key, number))
+
+
+def run_cases(
+    loop: ClosedLoop, fixed: tuple[PyTree, ...], start: PyTree, keys: Key[Array, " cases"], periods: int
+) -> PyTree:
+    """The state of every case after a number of control periods; leaves with the cases in front, as those of `start`.
+
+    Of `fixed` a leaf may have the cases in front or be common to all.
+    """
+    random = loop.random
+    if random is None:
+        return scan_cases(lambda *given: loop.period(*given, None)[0], fixed, loop.like, start, periods)
+
+    def step(*given):
+        return loop.period(*given)[0]
+
+    def drawn(number):
+        return (elements(jax.vmap(lambda key: random_of(random, key, number))(keys).T, element_rank=1),)
+
+    like = jax.eval_shape(random, jax.ShapeDtypeStruct((), keys.dtype))
+    return scan_cases(step, fixed, loop.like, start, periods, drawn=drawn, drawn_like=(like,))
+
+
+def run_one(
+    loop: ClosedLoop,
+    fixed: tuple[PyTree, ...],
+    start: PyTree,
+    key: Key[Array, ""] | None,
+    periods: int,
+    *,
+    number: int | Int[Array, ""] = 0,
+    given: tuple[PyTree, ...] = (),
+) -> tuple[PyTree, PyTree]:
+    """Final state and history [periods ...] of one case, from its own `start`; without a `key` nothing is random.
+
+    Leaves of `fixed` may have cases in front, of which it is that of `number`; those of `given` have the periods.
+    """
+    own, random = case_of(fixed, loop.like, number), loop.random
+
+    def advance(state, now):
+        period, *given = now
+        drawn = None if random is None or key is None else random_of(random, key, period)
+        return loop.period(*own, state, drawn, *given)
+
+    return jax.lax.scan(advance, start, (jnp.arange(periods), *given))
+
+
+def case_of(cases: PyTree, like: PyTree, number: int | Int[Array, ""]) -> PyTree:
+    """One of cases by its number; leaves that are common to all stay as they are. `like` has the shapes of one case."""
+    return jax.tree.map(lambda leaf, one: leaf[number] if leaf.ndim > one.ndim else leaf, cases, like)
