@@ -136,7 +136,7 @@ SPINS = [0.001, 0.003, 0.01, 0.02, 0.04, 0.1, 0.3, 0.0]
 PARTS = np.sort(np.random.default_rng(3).uniform(0.02, 1.0, 20))
 # Radians of a motion's own rate at a tolerance: a run and its coarser one take between 512 and 1024 steps, or twice as
 # many where a second attempt is needed, and so share two programs.
-LENGTHS = {1e-7: 64.0, 1e-9: 43.5}
+LENGTHS = {1e-7: 64.0, 1e-9: 44.0}
 
 
 def rate_scale(cases):
