@@ -3,6 +3,7 @@
 import dataclasses
 import time
 from collections.abc import Callable
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -55,7 +56,9 @@ def estimate(
         limb_sigma = float(np.radians(settings.limb_sigma_deg) / np.sqrt(settings.limb_weight))
     else:
         observations = dataclasses.replace(observations, limb=None)
-    common = {"noise": noise, "room_for": finest, "limb_sigma": limb_sigma, "floor": settings.floor}
+    # In the shape of the whole session, whatever is left out of it: like files share their programs.
+    common: dict[str, Any] = {"whole": observations, "noise": noise, "room_for": finest}
+    common |= {"limb_sigma": limb_sigma, "floor": settings.floor}
     coarse = build_problem(observations, max_step=step, **common)
     bright, sunlit = (each[: len(observations.t)] for each in (coarse.bright(), coarse.sunlit()))
     if (bright & sunlit).sum() < FIRST_ARC_LIT:
@@ -74,7 +77,7 @@ def estimate(
         raise InputError(reason, field=LIMB_FIELD)
     begin = longest_stretch(observations.t, bright & sunlit)
     if begin > 0:
-        coarse = build_problem(observations.since(begin), max_step=step, whole=observations, **common)
+        coarse = build_problem(observations.since(begin), max_step=step, **common)
     searched = (bright & sunlit)[begin:]
     tabulated = time.perf_counter()
     # Programs compile in the background, in the order in which they are asked for, while the next one is traced.

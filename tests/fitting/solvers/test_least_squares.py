@@ -30,6 +30,7 @@ from jaxsat.satellites import read_satellite
 from jaxsat.telemetry import read_telemetry
 
 SESSION = Path(__file__).parents[3] / "jaxsat" / "data" / "munin" / "a-nominal-exact.RAW_SUN"
+ROOM_S = 6.0  # As a whole fit has it, whose programs are then used.
 PLAIN = 1e4
 
 
@@ -153,7 +154,7 @@ class Session:
     def __init__(self):
         settings = FitSettings(free="state")
         data = prepare_session(read_telemetry(SESSION)).observations()
-        self.problem = build_problem(data, noise=2e-3, max_step=16.0)
+        self.problem = build_problem(data, noise=2e-3, max_step=16.0, room_for=ROOM_S)
         self.parameters = parametrization(nominal_model(read_satellite()), (), settings.prior_sigma)
         true = json.loads(SESSION.with_suffix(".truth.json").read_text())
         self.q = np.array(true["q"])
