@@ -18,7 +18,7 @@ from fitting.parameters.parametrization import Parametrization, parametrization
 from fitting.settings import FitSettings
 from fitting.solvers.adaptive import refine_adaptively
 from fitting.solvers.refine import Refined, candidates, refine
-from fitting.starts.first_guesses import filled_in, first_guesses, first_unknowns, silent_panels
+from fitting.starts.first_guesses import Sightings, filled_in, first_guesses, first_unknowns, silent_panels
 from fitting.starts.multi_start import Progress, Starts, compile_solvers, grow
 from fitting.starts.schedule import FIRST_ARC_LIT, arc_schedule
 from fitting.starts.stretches import carried_to, longest_stretch
@@ -84,13 +84,14 @@ def estimate(
     progress("compiling", 0, 1)
     first_lit = np.flatnonzero(searched)[:2]
     silent = silent_panels(observations.currents, noise, parameters)
-    seen = jnp.asarray(filled_in(np.asarray(coarse.measured), noise, silent, nominal.max_current))
-    guessing = (seen, jax.random.key(settings.seed), settings.starts, jnp.asarray(first_lit), jnp.asarray(max_rate))
-    first_guesses.compile(coarse, parameters, *guessing)
+    currents = filled_in(np.asarray(coarse.measured), noise, silent, nominal.max_current)
+    seen = Sightings.of(coarse, parameters, currents, first_lit)
+    guessing = (seen, jax.random.key(settings.seed), settings.starts, jnp.asarray(max_rate))
+    first_guesses.compile(*guessing)
     compilations = compile_solvers(coarse, parameters, settings.solver)
     describe.compile(coarse, parameters, np.zeros(len(parameters.free)), np.zeros((len(coarse.valid), 4)))
 
-    attitude, rate = first_guesses(coarse, parameters, *guessing)
+    attitude, rate = first_guesses(*guessing)
     x = np.tile(first_unknowns(parameters, silent), (len(attitude), 1))
     x[:, 3:6] = np.asarray(rate) / RATE_UNIT
     starts = Starts(x, np.asarray(attitude), np.zeros(len(x)))
