@@ -5,21 +5,24 @@ import json
 from pathlib import Path
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from fitting.estimate import estimate
+from fitting.measurements import limb as limb_model
 from fitting.measurements.floor import NO_FLOOR
-from fitting.measurements.limb import LimbAngles, limb_residual, limb_residuals
+from fitting.measurements.limb import LimbAngles
 from fitting.measurements.observations import build_problem
 from fitting.measurements.problem import RATE_UNIT, predict
 from fitting.parameters.nominal import nominal_model
 from fitting.parameters.parametrization import parametrization
 from fitting.session import prepare_session
 from fitting.settings import FitSettings, PriorSigma
-from fitting.solvers.least_squares import Settings, normal_equations
+from fitting.solvers import least_squares
+from fitting.solvers.least_squares import Settings
 from fitting.starts.multi_start import NONE
 from jaxsat.errors import InputError
 from jaxsat.integrators import BLOCK
@@ -30,6 +33,8 @@ SESSION = Path(__file__).parents[3] / "jaxsat" / "data" / "munin" / "c-specular5
 TRUTH = json.loads(SESSION.with_suffix(".truth.json").read_text())
 MU, RADIUS = 3.986004418e14, 6371.2e3
 NOISE_DEG = 0.3
+limb_residual, limb_residuals = jax.jit(limb_model.limb_residual), jax.jit(limb_model.limb_residuals)
+normal_equations = jax.jit(least_squares.normal_equations)
 
 
 def true_position(t: float) -> np.ndarray:
