@@ -3,6 +3,7 @@
 import dataclasses
 import time
 from collections.abc import Callable
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -17,7 +18,7 @@ from fitting.parameters.parametrization import Parametrization, parametrization
 from fitting.settings import FitSettings
 from fitting.solvers.adaptive import refine_adaptively
 from fitting.solvers.refine import Refined, candidates, refine
-from fitting.starts.first_guesses import filled_in, first_guesses, first_unknowns, silent_panels
+from fitting.starts.first_guesses import Sightings, filled_in, first_guesses, first_unknowns, silent_panels
 from fitting.starts.multi_start import Progress, Starts, compile_solvers, grow
 from fitting.starts.schedule import FIRST_ARC_LIT, arc_schedule
 from fitting.starts.stretches import carried_to, longest_stretch
@@ -55,7 +56,9 @@ def estimate(
         limb_sigma = float(np.radians(settings.limb_sigma_deg) / np.sqrt(settings.limb_weight))
     else:
         observations = dataclasses.replace(observations, limb=None)
-    common = {"noise": noise, "room_for": finest, "limb_sigma": limb_sigma, "floor": settings.floor}
+    # In the shape of the whole session, whatever is left out of it: like files share their programs.
+    common: dict[str, Any] = {"whole": observations, "noise": noise, "room_for": finest}
+    common |= {"limb_sigma": limb_sigma, "floor": settings.floor}
     coarse = build_problem(observations, max_step=step, **common)
     bright, sunlit = (each[: len(observations.t)] for each in (coarse.bright(), coarse.sunlit()))
     if (bright & sunlit).sum() < FIRST_ARC_LIT:
@@ -74,20 +77,21 @@ def estimate(
         raise InputError(reason, field=LIMB_FIELD)
     begin = longest_stretch(observations.t, bright & sunlit)
     if begin > 0:
-        coarse = build_problem(observations.since(begin), max_step=step, whole=observations, **common)
+        coarse = build_problem(observations.since(begin), max_step=step, **common)
     searched = (bright & sunlit)[begin:]
     tabulated = time.perf_counter()
     # Programs compile in the background, in the order in which they are asked for, while the next one is traced.
     progress("compiling", 0, 1)
     first_lit = np.flatnonzero(searched)[:2]
     silent = silent_panels(observations.currents, noise, parameters)
-    seen = jnp.asarray(filled_in(np.asarray(coarse.measured), noise, silent, nominal.max_current))
-    guessing = (seen, jax.random.key(settings.seed), settings.starts, jnp.asarray(first_lit), jnp.asarray(max_rate))
-    first_guesses.compile(coarse, parameters, *guessing)
+    currents = filled_in(np.asarray(coarse.measured), noise, silent, nominal.max_current)
+    seen = Sightings.of(coarse, parameters, currents, first_lit)
+    guessing = (seen, jax.random.key(settings.seed), settings.starts, jnp.asarray(max_rate))
+    first_guesses.compile(*guessing)
     compilations = compile_solvers(coarse, parameters, settings.solver)
     describe.compile(coarse, parameters, np.zeros(len(parameters.free)), np.zeros((len(coarse.valid), 4)))
 
-    attitude, rate = first_guesses(coarse, parameters, *guessing)
+    attitude, rate = first_guesses(*guessing)
     x = np.tile(first_unknowns(parameters, silent), (len(attitude), 1))
     x[:, 3:6] = np.asarray(rate) / RATE_UNIT
     starts = Starts(x, np.asarray(attitude), np.zeros(len(x)))

@@ -1,10 +1,17 @@
-"""Strict numerics for every test: 64-bit, no silent broadcasting or promotion."""
+"""Strict numerics for every test: 64-bit, no silent broadcasting or promotion; a run shares its compiled programs."""
 
+import atexit
 import gc
 import os
+import shutil
+import tempfile
 from pathlib import Path
 
 os.environ.setdefault("MPLBACKEND", "Agg")
+if "JAX_COMPILATION_CACHE_DIR" not in os.environ:
+    # Set before the workers and the commands under test start, so that they find here what another one has compiled.
+    os.environ["JAX_COMPILATION_CACHE_DIR"] = tempfile.mkdtemp(prefix="jaxsat-tests-")
+    atexit.register(shutil.rmtree, os.environ["JAX_COMPILATION_CACHE_DIR"], ignore_errors=True)
 
 import jax
 import pytest
@@ -12,6 +19,16 @@ import pytest
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_rank_promotion", "raise")
 jax.config.update("jax_numpy_dtype_promotion", "strict")
+# A small program costs more to keep than to compile, and is seldom wanted by another process.
+jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.3)
+
+
+def pytest_sessionstart():
+    # Not before: jaxtyping's checks are put into what is imported from here on.
+    from jaxsat.numerics import choose_code_generator
+
+    choose_code_generator()
+
 
 MAPS = Path("/proc/self/maps")
 

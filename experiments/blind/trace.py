@@ -26,7 +26,7 @@ def trace(number: int, cache: Path, *, hard: bool, seed: int = 0, starts: int = 
     from fitting.measurements.problem import RATE_UNIT
     from fitting.parameters.names import STATE
     from fitting.parameters.parametrization import parametrization
-    from fitting.starts.first_guesses import filled_in, first_guesses, first_unknowns, silent_panels
+    from fitting.starts.first_guesses import Sightings, filled_in, first_guesses, first_unknowns, silent_panels
     from fitting.starts.multi_start import HOPELESS, Starts, advance, distinct
     from fitting.starts.schedule import arc_schedule
     from fitting.starts.stretches import longest_stretch
@@ -40,11 +40,12 @@ def trace(number: int, cache: Path, *, hard: bool, seed: int = 0, starts: int = 
     if begin > 0:
         samples, problem, use = problem_of(session, step_s(session, max_rate, COARSE_TOLERANCE), begin)
         usable = usable[begin:]
-    key, lit = jax.random.key(seed), jnp.asarray(np.flatnonzero(usable)[:2])
+    lit = np.flatnonzero(usable)[:2]
     measured, noise = np.asarray(problem.measured), float(problem.noise)
     silent = silent_panels(measured, noise, parameters)
-    seen = jnp.asarray(filled_in(measured, noise, silent, session.nominal.max_current))
-    attitude, rate = first_guesses(problem, parameters, seen, key, starts, lit, jnp.asarray(max_rate))
+    currents = filled_in(measured, noise, silent, session.nominal.max_current)
+    seen = Sightings.of(problem, parameters, currents, lit)
+    attitude, rate = first_guesses(seen, jax.random.key(seed), starts, jnp.asarray(max_rate))
     x = np.tile(first_unknowns(parameters, silent), (len(attitude), 1))
     x[:, 3:6] = np.asarray(rate) / RATE_UNIT
     points = Starts(x, np.asarray(attitude), np.zeros(len(x)))

@@ -134,20 +134,23 @@ def sample_posterior(
         raise InputError(f"expected 2 chains, 4 draws, 1 of warm-up or more, got {chains}, {draws}, {warmup}")
     target = build_target(problem, parameters, refined, tail=tail)
     key_starts, key_chains = jax.random.split(jax.random.key(seed))
-    starts = jax.random.normal(key_starts, (chains, target.factor.shape[1]))
+    starts = np.asarray(jax.random.normal(key_starts, (chains, target.factor.shape[1])))
     # Halved until within the bounds: the minimum itself is.
     for _ in range(60):
-        starts = jnp.where(jax.vmap(target.inside)(starts)[:, None], starts, 0.5 * starts)
+        x = target.x + starts @ target.factor.T
+        outside = np.any((x < target.bounds[0]) | (x > target.bounds[1]), axis=1)
+        starts = np.where(outside[:, None], 0.5 * starts, starts)
     run = eqx.filter_jit(_run)
-    physical, diverged, acceptance = run(sampler, target, jax.random.split(key_chains, chains), starts, warmup, draws)
+    keys = jax.random.split(key_chains, chains)
+    physical, diverged, acceptance = run(sampler, target, keys, jnp.asarray(starts), warmup, draws)
     names = parameters.names
     unit = np.array([TO_UNIT.get(name, 1.0) * parameters.quoted(name) for name in names])
     samples = np.asarray(physical) * unit
     halves = samples[:, : draws - draws % 2].reshape(2 * chains, draws // 2, len(names))
     moving = samples.std(axis=(0, 1)) > 0.0
     effective, r_hat = np.full(len(names), np.nan), np.full(len(names), np.nan)
-    effective[moving] = sampler.diagnostics.effective_sample_size(samples[..., moving])
-    r_hat[moving] = sampler.diagnostics.potential_scale_reduction(halves[..., moving])
+    effective[moving] = jax.jit(sampler.diagnostics.effective_sample_size)(samples[..., moving])
+    r_hat[moving] = jax.jit(sampler.diagnostics.potential_scale_reduction)(halves[..., moving])
     return Posterior(
         names=names,
         units=tuple(UNITS[name] for name in names),

@@ -1,5 +1,6 @@
 """First guesses for the growing arcs: attitudes that put the Sun where the first lit currents say it is."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -10,6 +11,7 @@ from fitting.measurements.problem import Problem
 from fitting.parameters.names import GAINS, MODEL
 from fitting.parameters.parametrization import GAINS_SLICE, Parametrization, build_model
 from fitting.stored import Stored
+from jaxsat.environment import LightTable
 from jaxsat.math import quaternion, unit
 
 CLEARLY = 1.5
@@ -82,38 +84,54 @@ def random_starts(
     return attitude, radius[:, None] * axis
 
 
+class Sightings(eqx.Module):
+    """What the first guesses are made of: the first two lit samples, and the nominal satellite.
+
+    Nothing else of the session, nor what is free: one program serves every fit.
+    """
+
+    nominal: Float[Array | np.ndarray, " model"]
+    reference_field: Float[Array | np.ndarray, ""]
+    currents: Float[Array | np.ndarray, "2 6"]
+    """Of dead panels `filled_in` [A]."""
+    light: LightTable
+    b_field_eci: Float[Array | np.ndarray, "2 3"]
+    times: Float[Array | np.ndarray, "2"]
+
+    @staticmethod
+    def of(
+        problem: Problem, parameters: Parametrization, currents: np.ndarray, samples: Int[np.ndarray, "2"]
+    ) -> "Sightings":
+        """Those of a problem at its samples number `samples`."""
+        nodes = np.asarray(problem.grid.sample_node)[samples]
+        return Sightings(
+            np.asarray(parameters.nominal)[: len(MODEL)],
+            np.asarray(parameters.reference_field),
+            currents[samples],
+            jax.tree.map(lambda leaf: np.asarray(leaf)[samples], problem.light),
+            np.asarray(problem.orbit.b_field_eci)[nodes],
+            np.asarray(problem.grid.node_times)[nodes],
+        )
+
+
 def _first_guesses(
-    problem: Problem,
-    parameters: Parametrization,
-    measured: Float[Array, "samples 6"],
-    key: PRNGKeyArray,
-    count: int,
-    samples: Int[Array, "2"],
-    max_rate: Float[Array, ""],
+    seen: Sightings, key: PRNGKeyArray, count: int, max_rate: Float[Array, ""]
 ) -> tuple[Float[Array, "starts 4"], Float[Array, "starts 3"]]:
     """`count` random starts and, in front of them, those of the local method with x along the field.
 
-    `measured` are the currents, of dead panels `filled_in`. `samples` are the first two lit ones: each pair of their
-    best field-aligned attitudes gives a start and its rate.
+    Each pair of the two samples' best field-aligned attitudes gives a start and its rate.
     """
-    _, panels, _ = build_model(jnp.asarray(parameters.nominal)[: len(MODEL)], jnp.asarray(parameters.reference_field))
-    first = samples[0]
-    attitude, rate = random_starts(key, count, measured[first], problem.light.sun_eci[first], max_rate)
-
-    def local(sample):
-        light = jax.tree.map(lambda leaf: leaf[sample], problem.light)
-        node = jnp.asarray(problem.grid.sample_node)[sample]
-        field = problem.orbit.b_field_eci[node]
-        return search_roll(measured[sample], field, panels, light, jnp.asarray(1.0))
-
-    found = jax.vmap(local)(samples)
-    times = jnp.asarray(problem.grid.node_times)[jnp.asarray(problem.grid.sample_node)[samples]]
+    _, panels, _ = build_model(jnp.asarray(seen.nominal), jnp.asarray(seen.reference_field))
+    attitude, rate = random_starts(key, count, seen.currents[0], seen.light.sun_eci[0], max_rate)
+    found = jax.vmap(lambda currents, field, light: search_roll(currents, field, panels, light, jnp.asarray(1.0)))(
+        jnp.asarray(seen.currents), jnp.asarray(seen.b_field_eci), seen.light
+    )
     turn = jax.vmap(
         lambda a: jax.vmap(lambda b: quaternion.to_rotation_vector(quaternion.multiply(quaternion.conjugate(a), b)))(
             found.quaternion[1]
         )
     )(found.quaternion[0])
-    local_rate = turn.reshape(-1, 3) / (times[1] - times[0])
+    local_rate = turn.reshape(-1, 3) / (seen.times[1] - seen.times[0])
     local_attitude = jnp.repeat(found.quaternion[0], found.quaternion.shape[1], axis=0)
     return jnp.concatenate([local_attitude, attitude]), jnp.concatenate([local_rate, rate])
 

@@ -27,14 +27,28 @@ def tableau_step(
     The stages run in a loop: the right-hand side is traced and compiled once, and what one stage leaves is in memory
     before the next reads it, where the compiler would else compute all stages once more for every array of the state.
     """
-    wanted = len(tableau.inner_nodes) + 2
-    if len(points) != wanted:
-        raise ValueError(f"the table has {len(points)} nodes a step, the method wants {wanted}: lay the grid for it")
-    stages = jax.tree.map(lambda *leaves: jnp.stack(leaves), *(points[place] for place in tableau.node_of_stage))
     if all(set(row) <= {i - 1} for i, row in enumerate(tableau.rows)):
-        return _chained_step(tableau, f, state, h, stages)
+        return _chained_step(tableau, f, state, h, _stages(tableau, points))
+    return staged_step(tableau, f, state, h, points)[0]
+
+
+def staged_step(
+    tableau: Tableau,
+    f: Derivative,
+    state: PyTree,
+    h: Float[Array, ""],
+    points: tuple[PyTree, ...],
+    *,
+    closed: bool = False,
+) -> tuple[PyTree, PyTree]:
+    """`tableau_step` and the slopes of its stages; with `closed`, of one stage more at the end of the step."""
+    stages = _stages(tableau, points)
     # Row i moves from the state to where stage i + 1 looks, the last one to the end of the step.
-    rows = jnp.asarray(tableau.matrix[1:], h.dtype) * h
+    rows = tableau.matrix[1:]
+    if closed:
+        stages = jax.tree.map(lambda a, end: jnp.concatenate([a, end[None]]), stages, points[-1])
+        rows = np.pad(np.concatenate([rows, rows[-1:]]), ((0, 0), (0, 1)))
+    rows = jnp.asarray(rows, h.dtype) * h
 
     def stage(carry, inputs):
         place, slopes = carry
@@ -43,9 +57,18 @@ def tableau_step(
         slopes = jax.tree.map(lambda k, new: jax.lax.dynamic_update_index_in_dim(k, new, number, 0), slopes, slope)
         return (jax.tree.map(lambda y, k: y + weighted_sum(row, k), state, slopes), slopes), None
 
-    blank = jax.tree.map(lambda a: jnp.zeros((tableau.stages, *a.shape), a.dtype), state)
-    (end, _), _ = jax.lax.scan(stage, (state, blank), (jnp.arange(tableau.stages), rows, stages))
-    return end
+    count = rows.shape[1]
+    blank = jax.tree.map(lambda a: jnp.zeros((count, *a.shape), a.dtype), state)
+    (end, slopes), _ = jax.lax.scan(stage, (state, blank), (jnp.arange(count), rows, stages))
+    return end, slopes
+
+
+def _stages(tableau: Tableau, points: tuple[PyTree, ...]) -> PyTree:
+    """The points that the stages look at, one after the other."""
+    wanted = len(tableau.inner_nodes) + 2
+    if len(points) != wanted:
+        raise ValueError(f"the table has {len(points)} nodes a step, the method wants {wanted}: lay the grid for it")
+    return jax.tree.map(lambda *leaves: jnp.stack(leaves), *(points[place] for place in tableau.node_of_stage))
 
 
 def _chained_step(tableau: Tableau, f: Derivative, state: PyTree, h: Float[Array, ""], stages: PyTree) -> PyTree:

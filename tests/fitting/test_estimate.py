@@ -130,15 +130,14 @@ def test_light_inside_the_computed_shadow_does_not_start_the_arc(exact):
     """A reading in the shadow, before the Sun comes: the arc starts with the Sun, and the message counts oddities."""
     lit = np.array(exact.truth["lit"])
     dark = int(np.flatnonzero(~lit)[0])
-    data = exact.observations.since(dark)
-    currents = data.currents.copy()
-    currents[0, 0] = 0.05
-    sunrise = int(np.flatnonzero(lit[dark:])[0])
-    result = estimate(dataclasses.replace(data, currents=currents), exact.nominal, exact.settings)
-    assert result.status == "converged" and result.t_s[0] == data.t[sunrise]
+    currents = exact.observations.currents.copy()
+    currents[:dark], currents[dark, 0] = 0.0, 0.05
+    sunrise = dark + int(np.flatnonzero(lit[dark:])[0])
+    result = exact.fit(currents=currents)
+    assert result.status == "converged" and result.t_s[0] == exact.observations.t[sunrise]
     assert exact.attitude_rms_deg(result) <= 0.5
     currents[sunrise + 2 : sunrise + 3] = 0.0
-    result = estimate(dataclasses.replace(data, currents=currents), exact.nominal, exact.settings)
+    result = exact.fit(currents=currents)
     assert "1 samples left out where currents and computed shadow disagree" in result.message
 
 

@@ -267,7 +267,8 @@ def test_cases_in_front_are_as_one_by_one():
         return simulate_on_grid(changed, state, table, grid).quaternion[..., -1, :]
 
     def loss(magnet):
-        return jnp.sum(final(together, magnet) @ jnp.arange(4.0)), final(together, magnet)
+        ends = final(together, magnet)
+        return jnp.sum(ends @ jnp.arange(4.0)), ends
 
     slope, found = jax.jit(jax.grad(loss, has_aux=True))(craft.magnet)
     alone = jax.jit(jax.value_and_grad(lambda m, state: jnp.sum(final(state, m) * jnp.arange(4.0))))

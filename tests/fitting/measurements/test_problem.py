@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -17,7 +18,8 @@ from fitting.parameters.nominal import nominal_model
 from fitting.parameters.parametrization import parametrization
 from fitting.session import prepare_session
 from fitting.settings import PriorSigma
-from fitting.solvers.least_squares import Settings, normal_equations, priors
+from fitting.solvers import least_squares
+from fitting.solvers.least_squares import Settings, priors
 from fitting.starts.multi_start import NONE
 from jaxsat.integrators import BLOCK
 from jaxsat.satellites import read_satellite
@@ -122,7 +124,8 @@ def test_padding_and_samples_after_the_arc_count_for_nothing(arc, blocks, number
     none, each = jnp.asarray(NONE), np.repeat(inside.astype(float)[:, None], 6, axis=1)
     settings = Settings(jnp.asarray(0), jnp.asarray(1), jnp.asarray(3.0), jnp.ones(len(NAMES), bool), none, none)
     floor = jnp.asarray(arc.problem.floor)
-    data = normal_equations(prediction.residual, jnp.asarray(jacobian), jnp.asarray(each), settings, floor)
+    equations = jax.jit(least_squares.normal_equations)
+    data = equations(prediction.residual, jnp.asarray(jacobian), jnp.asarray(each), settings, floor)
     cost, gradient, hessian = (np.asarray(a + b) for a, b in zip(data, priors(jnp.asarray(arc.x)), strict=True))
     r, J = np.asarray(prediction.residual)[inside].ravel(), jacobian[inside].reshape(-1, len(NAMES))
     c = 3.0

@@ -26,6 +26,7 @@ from jaxsat.satellites import read_satellite
 from jaxsat.telemetry import read_telemetry
 
 SESSION = Path(__file__).parents[3] / "jaxsat" / "data" / "munin" / "b-specular50.RAW_SUN"
+ROOM_S = 6.0  # As a whole fit has it, whose programs are then used.
 NOISE = 2.02e-3
 
 
@@ -37,7 +38,7 @@ class Minimum:
         data = prepare_session(read_telemetry(SESSION)).observations()
         if samples is not None:
             data = replace(data, t=data.t[:samples], currents=data.currents[:samples], sun_eci=data.sun_eci[:samples])
-        self.problem = build_problem(data, noise=NOISE, max_step=32.0)
+        self.problem = build_problem(data, noise=NOISE, max_step=32.0, room_for=ROOM_S)
         self.parameters = parametrization(nominal_model(read_satellite()), settings.free_names, settings.prior_sigma)
         truth = json.loads(SESSION.with_suffix(".truth.json").read_text())
         weight = np.repeat(np.asarray(self.problem.valid).astype(float)[:, None], 6, axis=1)

@@ -23,6 +23,7 @@ from jaxsat.satellites import read_satellite
 from jaxsat.telemetry import read_telemetry
 
 SESSION = Path(__file__).parents[3] / "jaxsat" / "data" / "munin" / "a-nominal-exact.RAW_SUN"
+ROOM_S = 6.0  # As a whole fit has it, whose programs are then used.
 NOISE = 2e-3
 
 
@@ -35,7 +36,7 @@ class Minimum:
         self.truth = {
             k: np.array(v) for k, v in json.loads(SESSION.with_suffix(".truth.json").read_text()).items() if k != "cfg"
         }
-        self.problem = build_problem(self.data, noise=NOISE, max_step=16.0)
+        self.problem = build_problem(self.data, noise=NOISE, max_step=16.0, room_for=ROOM_S)
         self.parameters = parametrization(nominal_model(read_satellite()), (), settings.prior_sigma)
         x = np.concatenate([np.zeros(3), self.truth["w"][0] / RATE_UNIT])[None]
         weight = np.asarray(self.problem.valid).astype(float)

@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from fitting.measurements.floor import NO_FLOOR, at_floor
-from fitting.solvers.least_squares import Settings, normal_equations
+from fitting.measurements import floor as censored
+from fitting.measurements.floor import NO_FLOOR
+from fitting.solvers import least_squares
+from fitting.solvers.least_squares import Settings
 from fitting.starts.multi_start import NONE
 
 LIMIT = 0.25
+at_floor, normal_equations = jax.jit(censored.at_floor), jax.jit(least_squares.normal_equations)
 
 
 def test_loss_is_that_of_a_censored_reading():
@@ -27,14 +30,13 @@ def test_slopes_and_curvature():
     u = jnp.asarray([0.0, 1e-3, 0.1, 0.3, 1.0, 3.0, 30.0])
     floor = jnp.full(7, LIMIT)
     loss, half_slope, half_curvature = at_floor(u, floor)
-    slope = jax.vmap(jax.grad(lambda u: at_floor(u, jnp.asarray(LIMIT))[0]))(u)
+    slope, curvature = jax.jit(jax.vmap(jax.jacfwd(lambda u: at_floor(u, jnp.asarray(LIMIT))[:2])))(u)
     np.testing.assert_allclose(half_slope, 0.5 * slope, rtol=1e-12, atol=1e-15)
     h = 1e-5
     numeric = (at_floor(u + h, floor)[0] - at_floor(u - h, floor)[0]) / (2 * h)
     np.testing.assert_allclose(half_slope, 0.5 * numeric, rtol=1e-6, atol=1e-8)
     assert loss[0] == 0.0 and half_slope[0] == 0.0
     # The slope's derivative where that is positive; there a gain of zero is held as it should be.
-    curvature = np.asarray(jax.vmap(jax.grad(lambda u: at_floor(u, jnp.asarray(LIMIT))[1]))(u))
     np.testing.assert_allclose(half_curvature[:4], curvature[:4], rtol=1e-9)
     np.testing.assert_allclose(half_curvature[4:], curvature[4:], rtol=0.2)
     assert np.all(np.asarray(half_curvature) > 0.0)
@@ -48,7 +50,8 @@ def test_other_readings_are_plain_and_nothing_overflows():
     np.testing.assert_array_equal(half_curvature, 1.0)
     wild = jnp.asarray([0.0, 1e-12, 1e2, 1e4])
     assert all(np.all(np.isfinite(a)) for a in at_floor(wild, jnp.zeros(4)))
-    assert np.all(np.isfinite(jax.vmap(jax.grad(lambda u: at_floor(u, jnp.asarray(NO_FLOOR))[0]))(wild)))
+    slopes = jax.jit(jax.vmap(jax.grad(lambda u: at_floor(u, jnp.asarray(NO_FLOOR))[0])))(wild)
+    assert np.all(np.isfinite(slopes))
 
 
 @pytest.mark.parametrize("light", [1.0, 2.0, 3.0])

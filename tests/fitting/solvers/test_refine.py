@@ -19,6 +19,7 @@ from jaxsat.satellites import read_satellite
 from jaxsat.telemetry import read_telemetry
 
 SESSION = Path(__file__).parents[3] / "jaxsat" / "data" / "munin" / "c-specular50-limited.RAW_SUN"
+ROOM_S = 6.0  # As a whole fit has it, whose programs are then used.
 
 
 class Limited:
@@ -27,7 +28,7 @@ class Limited:
     def __init__(self):
         settings = FitSettings(free="state,magnet,rods,imax,inertia,albedo")
         self.data = prepare_session(read_telemetry(SESSION)).observations()
-        self.problem = build_problem(self.data, noise=2.02e-3, max_step=16.0)
+        self.problem = build_problem(self.data, noise=2.02e-3, max_step=16.0, room_for=ROOM_S)
         self.parameters = parametrization(nominal_model(read_satellite()), settings.free_names, settings.prior_sigma)
         self.truth = json.loads(SESSION.with_suffix(".truth.json").read_text())
         bright = self.data.currents.max(axis=1) > 6e-3
