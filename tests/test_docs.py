@@ -7,10 +7,11 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).parent.parent
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 MOST_PAGES = 15
 """Of one folder."""
 ON_EACH_PAGE = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
@@ -117,3 +118,24 @@ np.testing.assert_allclose(gradient, steps, rtol=1e-4)
     run = subprocess.run([sys.executable, "-c", example + check], capture_output=True, text=True, timeout=300)
     assert run.returncode == 0, run.stderr
     assert "(1000, 1, 4)\n[" in run.stdout
+
+
+def test_what_contributors_start_from_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+    blocks = re.findall(r"^<!-- runs -->\n```python\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE)
+    there: dict = {"__name__": "contributed"}
+    for block in blocks:
+        exec(block, there)
+    assert len(blocks) == 5 and "GravityGradient(), EddyDamping(" in capsys.readouterr().out
+    field = np.array([2e-5, 0.0, 1e-5])
+    reading = there["magnetometer_reading"](there["Magnetometer"](np.ones(3)), np.array([0.0, 1.0, 0.0, 0.0]), field)
+    np.testing.assert_allclose(reading, [1.00002, 1.0, 0.99999], rtol=1e-15)
+    Path("t.csv").write_text("t_s,celsius\n0,20\n1,-273.15\n")
+    np.testing.assert_allclose(there["read_temperatures"]("t.csv").kelvin, [293.15, 0.0])
+    Path("t.csv").write_text("t_s,celsius\n0,warm\n")
+    with pytest.raises(ValueError, match=r"t\.csv:2: expected two numbers"):
+        there["read_temperatures"]("t.csv")
+    found = there["make"]({"spread_deg": "0"}).run(1, np.arange(512))
+    assert not found["status"].any() and there["perigee"](7630.0, 0.0727) == 0
+    assert capsys.readouterr().out == "704.099\n"

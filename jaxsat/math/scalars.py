@@ -142,7 +142,7 @@ def _times(left: Any, right: Any, product: Callable[[], Any]) -> Any:
 
 
 def _is(x: Any, value: int) -> bool:
-    return isinstance(x, float | int) and x == value
+    return isinstance(x, float | int) and bool(x == value)
 
 
 def _bound(equation: Any, operands: list[Any], dtypes: list[Any]) -> Any:

@@ -78,11 +78,12 @@ CAPTURED_DEG = 20.0
 
 @functools.lru_cache(maxsize=4)
 def _program(options: tuple[tuple[str, str], ...]):
-    """What the options say: settings, law, number of periods, field, `draw(keys)`, and the compiled `run(cases)`."""
+    """What the options say: settings, and compiled `draw(keys)`, `run(cases)` and the history `one(cases)`, of one."""
     import jax
     import jax.numpy as jnp
 
     from jaxsat.constants import EARTH_RADIUS_MEAN
+    from jaxsat.control.earth_search.cases import run_one
     from jaxsat.control.earth_search.draw import Dispersions, Failure, draw_cases
     from jaxsat.control.earth_search.law import search_law
     from jaxsat.control.earth_search.loop import LoopSettings
@@ -133,7 +134,8 @@ def _program(options: tuple[tuple[str, str], ...]):
     field = None if even else random_brightness(0)
     draw = jax.jit(functools.partial(draw_cases, dispersions))
     run = functools.partial(_compiled(settings, periods, even), law)
-    return settings, law, periods, field, draw, run
+    one = jax.jit(lambda cases: run_one(settings, law, cases, field, periods)[1])
+    return settings, draw, run, one
 
 
 @functools.lru_cache(maxsize=8)
@@ -197,7 +199,7 @@ def _build(options: Mapping[str, str]) -> Scenario:
     _program(program)
 
     def run(seed: int, cases: np.ndarray) -> dict[str, np.ndarray]:
-        *_, draw, run_drawn = _program(program)
+        _, draw, run_drawn, _ = _program(program)
         return jax.device_get(run_drawn(draw(case_keys(seed, cases))))
 
     return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=functools.partial(_history, program))
@@ -210,13 +212,12 @@ def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> Hist
     """
     import jax
 
-    from jaxsat.control.earth_search.cases import run_one
     from jaxsat.control.earth_search.law import SENSORS
     from jaxsat.sweep.scenarios._earth_search_page import search_page
 
-    settings, law, periods, field, draw, _ = _program(program)
+    settings, draw, _, one = _program(program)
     cases = draw(case_keys(seed, np.array([case])))
-    samples = jax.device_get(jax.jit(lambda cases: run_one(settings, law, cases, field, periods)[1])(cases))
+    samples = jax.device_get(one(cases))
     nadir, present, first = samples.nadir_body, samples.present, samples.first
     rates, error = np.degrees(samples.angular_velocity), np.degrees(samples.error)
     toward = {f"toward {c}": np.degrees(np.arctan2(nadir[:, k], nadir[:, 2])) for k, c in enumerate("xy")}
@@ -239,7 +240,7 @@ def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> Hist
         "angular rate, deg/s": dict(zip("xyz", rates.T, strict=True)),
         "mode: 0 search, 1 approach, 2 track": {"": samples.mode},
     }
-    t_s, options = settings.period_s * np.arange(periods), dict(program)
+    t_s, options = settings.period_s * np.arange(len(nadir)), dict(program)
     remark = f"{options['spacecraft']} spacecraft, {options['strategy']} strategy"
     page = search_page(options, cases.vehicle.sensor, float(cases.scene.disk[0]), samples, t_s)
     return History(t_s, columns, charts, remark, page)

@@ -57,11 +57,11 @@ HELD_DEG = 3.0
 
 @functools.lru_cache(maxsize=4)
 def _program(options: tuple[tuple[str, str], ...]):
-    """What the options say: settings, law, number of periods, `draw(keys)`, and the compiled `run(cases)`."""
+    """What the options say: settings, and compiled `draw(keys)`, `run(cases)` and the history `one(cases)`, of one."""
     import jax
     import jax.numpy as jnp
 
-    from jaxsat.control.sun_pointing.cases import run_cases
+    from jaxsat.control.sun_pointing.cases import run_cases, run_one
     from jaxsat.control.sun_pointing.draw import Dispersions, draw_cases
     from jaxsat.control.sun_pointing.law import SunPointingLaw
     from jaxsat.control.sun_pointing.loop import Estimator, LoopSettings
@@ -94,7 +94,8 @@ def _program(options: tuple[tuple[str, str], ...]):
     sun_eci = jnp.array([1.0, 0.0, 0.0])
     draw = jax.jit(functools.partial(draw_cases, dispersions))
     run = jax.jit(lambda cases: _metrics(law, run_cases(settings, law, cases, sun_eci, periods), cases, sun_eci))
-    return settings, law, periods, draw, run
+    one = jax.jit(lambda cases: run_one(settings, law, cases, sun_eci, periods)[1])
+    return settings, draw, run, one
 
 
 def _metrics(law, state, cases, sun_eci):
@@ -138,7 +139,7 @@ def _build(options: Mapping[str, str]) -> Scenario:
     _program(program)
 
     def run(seed: int, cases: np.ndarray) -> dict[str, np.ndarray]:
-        _, _, _, draw, run_drawn = _program(program)
+        _, draw, run_drawn, _ = _program(program)
         return jax.device_get(run_drawn(draw(case_keys(seed, cases))))
 
     return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=functools.partial(_history, program))
@@ -150,13 +151,9 @@ def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> Hist
     Run alone, so that where a threshold is nearly met a pulse may come a period sooner or later than in its chunk.
     """
     import jax
-    import jax.numpy as jnp
 
-    from jaxsat.control.sun_pointing.cases import run_one
-
-    settings, law, periods, draw, _ = _program(program)
-    cases, sun_eci = draw(case_keys(seed, np.array([case]))), jnp.array([1.0, 0.0, 0.0])
-    samples = jax.device_get(jax.jit(lambda cases: run_one(settings, law, cases, sun_eci, periods)[1])(cases))
+    settings, draw, _, one = _program(program)
+    samples = jax.device_get(one(draw(case_keys(seed, np.array([case])))))
     sun, estimate = samples.sun_instrument, np.where(samples.known[:, None], samples.estimate, np.nan)
     rates = np.degrees(samples.angular_velocity)
     (true_angle, true_azimuth), (angle, azimuth) = _angles(sun), _angles(estimate)
@@ -180,7 +177,7 @@ def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> Hist
         "impulse spent, N s": {"": np.cumsum(samples.impulse)},
     }
     remark = f"{settings.estimator} estimator; seen every {settings.period_s:g} s"
-    return History(settings.period_s * np.arange(periods), columns, charts, remark)
+    return History(settings.period_s * np.arange(len(sun)), columns, charts, remark)
 
 
 def _angles(v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
