@@ -24,22 +24,27 @@ def heeded(run: Callable[[Sequence[str]], int], arguments: Sequence[str]) -> int
     For the main thread of a process that ends afterwards. After a second Ctrl-C no other thread is waited for.
     """
     heard, dropped = [], []
-    report = sys.unraisablehook
+    report, reporting = sys.unraisablehook, False
 
     def hear(number, frame):
+        if reporting:
+            # From inside the hook it would be dropped once more.
+            _send_later(number)
+            return
         heard.append(number)
         # As an exception, so that unfinished results are removed on the way out.
         raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(TERMINATED)
 
     def hook(lost):
-        number = RAISED.get(lost.exc_type)
+        nonlocal reporting
+        reporting, number = True, RAISED.get(lost.exc_type)
         if number is None:
             report(lost)
-            return
-        dropped.append(number)
-        timer = threading.Timer(AGAIN_S, _send, [number])
-        timer.daemon = True
-        timer.start()
+        else:
+            dropped.append(number)
+            _send_later(number)
+        # Last: Python looks for signals after each call.
+        reporting = False
 
     # Ignored is what a shell wants of a process in the background.
     own = [number for number in STATUS if signal.getsignal(number) != signal.SIG_IGN]
@@ -58,6 +63,12 @@ def heeded(run: Callable[[Sequence[str]], int], arguments: Sequence[str]) -> int
             stream.flush()
         os._exit(status)
     return status
+
+
+def _send_later(number: signal.Signals) -> None:
+    timer = threading.Timer(AGAIN_S, _send, [number])
+    timer.daemon = True
+    timer.start()
 
 
 def _send(number: signal.Signals) -> None:
