@@ -10,7 +10,7 @@ from jaxsat.control.emergency_mode.cases import run_leg
 from jaxsat.control.emergency_mode.draw import Dispersions, draw_cases
 from jaxsat.control.emergency_mode.law import EmergencyLaw
 from jaxsat.control.emergency_mode.loop import Supervisor, first_state
-from jaxsat.control.emergency_mode.orbit import leg, orbital_period
+from jaxsat.control.emergency_mode.orbit import orbital_period
 from jaxsat.control.emergency_mode.vehicle import INERTIA_KG_M2, nominal_vehicle
 from jaxsat.control.emergency_mode.years import run_years
 from jaxsat.math import quaternion
@@ -31,7 +31,7 @@ def test_the_node_moves_as_published(flight):
     assert orbital_period(flight) == pytest.approx(5951.5, abs=5.0)
 
 
-def test_surroundings_at_the_nodes(flight, around):
+def test_surroundings_at_the_nodes(legs, around):
     """Sun 60 to 65 deg from the orbit's antinormal; pressure 4.5e-6 Pa in the light and none in the shadow."""
     r = np.asarray(around.position_eci)
     assert np.abs(np.sum(r * around.normal_eci, axis=1)).max() < 1e-3 * np.linalg.norm(r[0])
@@ -47,7 +47,7 @@ def test_surroundings_at_the_nodes(flight, around):
     rate = np.asarray(around.orbit_rate)
     assert rate == pytest.approx(2 * np.pi / 5951.5, rel=4e-3)
     # Node 2k begins period k of 16 s, whatever the leg.
-    later = leg(flight, 7, PERIODS)
+    later = legs(7)
     np.testing.assert_allclose(later.position_eci[:50], around.position_eci[14:64], atol=1e-6)
 
 

@@ -8,15 +8,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from jaxsat.control.emergency_mode.draw import Dispersions, draw_cases
-from jaxsat.control.emergency_mode.orbit import leg
 from jaxsat.control.emergency_mode.start import held_attitude, sun_ecliptic_axes, transition_start
 from jaxsat.control.emergency_mode.vehicle import START_UTC
 from jaxsat.environment import apparent_sun
 from jaxsat.time import Epoch
 
 EPOCH = Epoch.from_utc(*START_UTC)
-PERIODS = 400
-"""Of `around`."""
 
 
 def pole():
@@ -35,10 +32,9 @@ def test_axes_are_those_of_erfa():
 
 
 @pytest.mark.parametrize("side", ["coming", "going"])
-def test_the_start_is_eleven_degrees_off_and_turns_with_the_sun(flight, side):
+def test_the_start_is_eleven_degrees_off_and_turns_with_the_sun(flight, legs, side):
     period, off, rate = transition_start(flight, 11.0, side)
-    # Of the length of the others' legs, whose program it shares.
-    around = leg(flight, period, PERIODS)
+    around = legs(period)
     position, normal = np.asarray(around.position_eci[0]), np.asarray(around.normal_eci[0])
     up = position / np.linalg.norm(position)
     wanted = Rotation.from_matrix(np.stack([-normal, up, np.cross(up, normal)], axis=1))

@@ -47,12 +47,15 @@ def drift(vehicle, around, q, w):
     return jax.lax.scan(step, (q, w), nodes)[1]
 
 
+motions = jax.jit(jax.vmap(panel_motion, in_axes=(None, 0)))
+
+
 def empty(angle):
     """Surroundings without any torque."""
     t = 8.0 * np.arange(2 * PERIODS + 1)
     zero, axis = np.zeros((len(t), 3)), np.tile([0.0, 0.0, 1.0], (len(t), 1))
     position, normal, none, zero, rate = (jnp.asarray(x) for x in (1e13 * axis[:, ::-1], axis, 0.0 * t, zero, 0.0 * t))
-    panels = jax.vmap(lambda t: panel_motion(angle, t))(jnp.asarray(t))
+    panels = motions(angle, jnp.asarray(t))
     return Leg(position, normal, rate, zero, normal, none, panels=panels)
 
 
@@ -138,7 +141,7 @@ def test_slopes_against_differences():
         found = (np.asarray(torque(flat + step)) - np.asarray(torque(flat - step))) / 2e-4
         np.testing.assert_allclose(slopes[:, k], found, rtol=1e-6, atol=1e-7)
     slew = PanelSlew(0.2, -1.0, 100.0, 50.0)
-    motion = jax.jit(jax.vmap(lambda t: panel_motion(slew, t)))(jnp.array([0.0, 100.0, 125.0, 150.0, 1e4]))
+    motion = motions(slew, jnp.array([0.0, 100.0, 125.0, 150.0, 1e4]))
     np.testing.assert_allclose(motion.angle, [0.2, 0.2, -0.4, -1.0, -1.0], atol=1e-12)
     np.testing.assert_allclose(motion.rate, [0.0, 0.0, -1.2 / 50.0 * 1.875, 0.0, 0.0], atol=1e-12)
     np.testing.assert_allclose(motion.acceleration, 0.0, atol=1e-12)
@@ -149,7 +152,7 @@ def test_momentum_and_torque_of_panels_agree():
     slew = PanelSlew(0.2, -1.0, 0.0, 50.0)
     panel = jnp.asarray(PANEL)
     h = jax.jit(lambda t: panel_momentum(panel, panel_motion(slew, t)))
-    found = panel_torque(panel, panel_motion(slew, jnp.asarray(20.0)), jnp.zeros(3))
+    found = jax.jit(lambda t: panel_torque(panel, panel_motion(slew, t), jnp.zeros(3)))(20.0)
     expected = -(np.asarray(h(20.001)) - np.asarray(h(19.999))) / 0.002
     np.testing.assert_allclose(found, expected, rtol=1e-6)
 
@@ -169,7 +172,7 @@ def test_panels_that_follow_the_sun(flight):
     around = leg(flight, 0, PERIODS, panels=SunFollowing(flight))
     panels = around.panels
     assert panels is not None
-    wanted = jax.vmap(wanted_attitude)(around.position_eci, around.normal_eci)
+    wanted = jax.jit(jax.vmap(wanted_attitude))(around.position_eci, around.normal_eci)
     sun = np.einsum("tij,ti->tj", np.asarray(wanted), np.asarray(around.sun_eci))
     normal = np.stack([-np.sin(panels.angle), np.cos(panels.angle), np.zeros(len(sun))], axis=1)
     np.testing.assert_allclose(np.sum(normal * sun, axis=1), np.hypot(sun[:, 0], sun[:, 1]), atol=1e-12)
