@@ -2,11 +2,7 @@
 
 import os
 import tempfile
-from importlib.metadata import version
 from pathlib import Path
-
-TRIED = ("0", "10")
-"""Version of JAX with which `choose_code_generator` was tried: the choice is of XLA's inside, not of its interface."""
 
 
 def set_up_jax() -> str | None:
@@ -15,7 +11,6 @@ def set_up_jax() -> str | None:
     The cache is $JAX_COMPILATION_CACHE_DIR if set, otherwise jaxsat/xla below $XDG_CACHE_HOME or ~/.cache. It holds
     nothing but compiled programs and may be deleted at any time.
     """
-    choose_code_generator()
     directory = _cache_directory()
     problem = _why_not_writable(directory)
 
@@ -30,18 +25,6 @@ def set_up_jax() -> str | None:
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
     return None
-
-
-def choose_code_generator() -> None:
-    """Has XLA write a CPU's code in its older way, if nothing is compiled yet; $XLA_FLAGS may say otherwise.
-
-    The programs are as fast, their numbers the same to rounding, and they take half of the processor time to compile:
-    the newer way runs a compiler of its own for each of the hundreds of small loops of a step.
-    """
-    name, flags = "--xla_cpu_use_fusion_emitters", os.environ.get("XLA_FLAGS", "")
-    # XLA ends a process that gives it a flag which it does not know.
-    if tuple(version("jax").split(".")[:2]) == TRIED and name not in flags:
-        os.environ["XLA_FLAGS"] = f"{flags} {name}=false".strip()
 
 
 def _cache_directory() -> Path:

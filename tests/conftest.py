@@ -22,14 +22,6 @@ jax.config.update("jax_numpy_dtype_promotion", "strict")
 # A small program costs more to keep than to compile, and is seldom wanted by another process.
 jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.3)
 
-
-def pytest_sessionstart():
-    # Not before: jaxtyping's checks are put into what is imported from here on.
-    from jaxsat.numerics import choose_code_generator
-
-    choose_code_generator()
-
-
 MAPS = Path("/proc/self/maps")
 
 

@@ -1,13 +1,9 @@
 """Where compiled programs are kept, and what is said where they cannot be."""
 
-import os
 import subprocess
 import sys
-from importlib.metadata import version
 
-import pytest
-
-from jaxsat.numerics import _cache_directory, _why_not_writable, choose_code_generator
+from jaxsat.numerics import _cache_directory, _why_not_writable
 
 
 def test_cache_directory_follows_the_environment(monkeypatch, tmp_path):
@@ -37,28 +33,3 @@ def test_without_a_place_for_the_cache_jax_still_runs_and_says_so(tmp_path):
     notice, dtype = done.stdout.splitlines()
     assert notice.startswith("no compile cache") and "below" in notice
     assert dtype == "float64"
-
-
-@pytest.mark.parametrize(
-    ("flags", "expected"),
-    [
-        (None, "--xla_cpu_use_fusion_emitters=false"),
-        ("--xla_dump_to=x", "--xla_dump_to=x --xla_cpu_use_fusion_emitters=false"),
-        ("--xla_cpu_use_fusion_emitters=true", "--xla_cpu_use_fusion_emitters=true"),
-    ],
-)
-def test_code_generator_is_chosen_where_nobody_has(flags, expected, monkeypatch):
-    monkeypatch.delenv("XLA_FLAGS", raising=False)
-    if flags is not None:
-        monkeypatch.setenv("XLA_FLAGS", flags)
-    monkeypatch.setattr("jaxsat.numerics.TRIED", tuple(version("jax").split(".")[:2]))
-    choose_code_generator()
-    assert os.environ["XLA_FLAGS"] == expected
-
-
-def test_another_version_of_jax_is_left_alone(monkeypatch):
-    """XLA ends a process that gives it a flag which it does not know."""
-    monkeypatch.setenv("XLA_FLAGS", "--xla_dump_to=x")
-    monkeypatch.setattr("jaxsat.numerics.TRIED", ("0", "0"))
-    choose_code_generator()
-    assert os.environ["XLA_FLAGS"] == "--xla_dump_to=x"
