@@ -1,17 +1,15 @@
 """Derivatives of means over cases: against finite differences of the same cases, and by what must be."""
 
-import functools
-
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxsat.control.sun_pointing.draw import Dispersions, draw_cases
+from jaxsat.control.sun_pointing.cases import Cases
 from jaxsat.control.sun_pointing.law import SunPointingLaw
 from jaxsat.control.sun_pointing.loop import LoopSettings
 from jaxsat.control.sun_pointing.sensitivity import _values, impulse, scaled, sensitivities, settling_time
-from jaxsat.sweep import case_keys
+from jaxsat.control.sun_pointing.vehicle import nominal_vehicle
 
 SUN, LAW, SETTINGS, PERIODS = jnp.array([1.0, 0.0, 0.0]), SunPointingLaw(), LoopSettings(estimator="published"), 900
 NAMES = ("slew_rate", "inertia", "rate_gain")
@@ -20,7 +18,11 @@ COUNT = 256
 
 @pytest.fixture(scope="module")
 def cases():
-    return jax.jit(functools.partial(draw_cases, Dispersions(max_rate_deg_s=1.0)))(case_keys(3, np.arange(COUNT)))
+    rng = np.random.default_rng(3)
+    q, axis = rng.normal(size=(COUNT, 4)), rng.normal(size=(COUNT, 3))
+    rate = np.radians(rng.uniform(size=(COUNT, 1))) * axis / np.linalg.norm(axis, axis=1, keepdims=True)
+    q = q / np.linalg.norm(q, axis=1, keepdims=True)
+    return Cases(jnp.asarray(q), jnp.asarray(rate), nominal_vehicle(), jax.random.split(jax.random.key(3), COUNT))
 
 
 def test_sensitivities_are_the_differences_of_means(cases):

@@ -1,4 +1,4 @@
-"""The scenario `earth-search`: its options, a case's history, and what of it is drawn."""
+"""The scenario `earth-search`: its options, how a case ends, and what is assumed."""
 
 from types import SimpleNamespace
 
@@ -7,7 +7,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxsat.cli.sweep.case import write_history
 from jaxsat.errors import InputError
 from jaxsat.sweep.scenarios import earth_search
 from jaxsat.sweep.scenarios.earth_search import make
@@ -53,18 +52,3 @@ def test_a_capture_counts_once_it_has_lasted():
 
 def test_what_is_assumed_is_said():
     assert make({}).assumptions == earth_search.ASSUMPTIONS and len(earth_search.ASSUMPTIONS) > 5
-
-
-def test_a_case_has_a_history_and_a_picture(tmp_path):
-    scenario = make({"spacecraft": "small", "time_s": "60", "brightness": "even"})
-    assert scenario.history is not None
-    history = scenario.history(1, 5)
-    columns = history.columns
-    assert history.t_s[1] == 0.5 and columns["mode"].shape == (120,)
-    write_history(tmp_path, history, scenario, seed=1, case=5)
-    rows = (tmp_path / "history.csv").read_text().splitlines()
-    assert len(rows) == 121 and rows[0].startswith("t_s,nadir_x") and "first-y_W_m2_sr" in rows[0]
-    assert (tmp_path / "history.png").stat().st_size > 20_000
-    nadir = np.stack([columns[f"nadir_{c}"] for c in "xyz"])
-    np.testing.assert_allclose(np.linalg.norm(nadir, axis=0), 1.0, atol=1e-9)
-    np.testing.assert_allclose(np.cos(np.radians(columns["error_deg"])), nadir[2], atol=1e-9)

@@ -1,35 +1,54 @@
-"""The page of an Earth search in a real Chromium: it loads in silence, and slider and keys move what it shows."""
+"""What is written of one Earth search; its page in a real Chromium loads in silence, and slider and keys move it."""
 
 import io
 import os
 import shutil
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from jaxsat.cli.sweep.case import case_page
+from jaxsat.cli.sweep.case import case_page, write_history
 from jaxsat.control.earth_search.law import SENSORS
 from jaxsat.sweep.scenarios import earth_search
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 BROWSER = next(filter(None, map(shutil.which, NAMES)), None)
 REQUIRED = os.environ.get("JAXSAT_BROWSER") == "required"
-if not REQUIRED:
-    pytest.importorskip("playwright", reason="playwright is not installed: no browser can be driven")
-pytestmark = pytest.mark.skipif(BROWSER is None and not REQUIRED, reason=f"none of {', '.join(NAMES)} is installed")
+driven = pytest.mark.skipif(
+    not REQUIRED and (BROWSER is None or find_spec("playwright") is None),
+    reason=f"playwright, or any of {', '.join(NAMES)}, is not installed: no browser can be driven",
+)
 PNG = b"\x89PNG\r\n\x1a\n"
 STEPS = 120
 
 
+SCENARIO = earth_search.make({"spacecraft": "small", "time_s": str(STEPS / 2), "brightness": "even"})
+
+
 @pytest.fixture(scope="module")
-def file(tmp_path_factory):
-    given = {"spacecraft": "small", "time_s": str(STEPS / 2), "brightness": "even"}
-    scenario = earth_search.make(given)
-    assert scenario.history is not None
-    history = scenario.history(1, 5)
-    assert history.page is not None and len(history.t_s) == STEPS
-    page = case_page(history.page, PNG, scenario.assumptions, title="Search <5>", subtitle="seed 1")
+def history():
+    assert SCENARIO.history is not None
+    return SCENARIO.history(1, 5)
+
+
+def test_a_case_has_a_history_and_a_picture(history, tmp_path):
+    columns = history.columns
+    assert history.t_s[1] == 0.5 and columns["mode"].shape == (STEPS,)
+    write_history(tmp_path, history, SCENARIO, seed=1, case=5)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["history.csv", "history.png", "search.html"]
+    rows = (tmp_path / "history.csv").read_text().splitlines()
+    assert len(rows) == STEPS + 1 and rows[0].startswith("t_s,nadir_x") and "first-y_W_m2_sr" in rows[0]
+    assert (tmp_path / "history.png").stat().st_size > 20_000
+    nadir = np.stack([columns[f"nadir_{c}"] for c in "xyz"])
+    np.testing.assert_allclose(np.linalg.norm(nadir, axis=0), 1.0, atol=1e-9)
+    np.testing.assert_allclose(np.cos(np.radians(columns["error_deg"])), nadir[2], atol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def file(history, tmp_path_factory):
+    page = case_page(history.page, PNG, SCENARIO.assumptions, title="Search <5>", subtitle="seed 1")
     path = tmp_path_factory.mktemp("search") / "search.html"
     path.write_text(page, encoding="utf-8")
     return path, history.columns
@@ -57,6 +76,7 @@ def opened(chromium, path, width, **options):
     return page
 
 
+@driven
 @pytest.mark.parametrize(("width", "scheme"), [(1100, "light"), (360, "dark")])
 def test_the_page_shows_the_search_as_it_goes(chromium, file, width, scheme):
     path, columns = file
