@@ -152,8 +152,9 @@ def test_a_day_under_harmonics_sun_and_moon_of_others():
     start = np.concatenate([6878e3 * np.array([0.6, 0.64, 0.48]), 7612.6 * np.array([-0.8, 0.48, 0.36])])
     expected = dop853(slope, start, 86400.0)
     motion = frame_motion(EPOCH, start=0.0, stop=86400.0)
+    # As many samples as of the twenty days below.
     bodies = [
-        ThirdBody(mu, sample_orbit(body(EPOCH.tt_centuries()), start=0.0, stop=86400.0, step=3600.0))
+        ThirdBody(mu, sample_orbit(body(EPOCH.tt_centuries()), start=0.0, stop=86400.0, step=180.0))
         for mu, body in ((SUN_MU, Sun), (MOON_MU, Moon))
     ]
     gravity = HarmonicGravity(egm2008(8), greenwich_angle(EPOCH))
@@ -166,16 +167,20 @@ def test_a_day_under_harmonics_sun_and_moon_of_others():
     np.testing.assert_allclose(last.T @ np.asarray(found.position_eci[-1]), expected[:3], atol=0.02)
 
 
+@jax.jit
+def at(orbit, times):
+    return jax.vmap(orbit)(times)
+
+
 def ascending_nodes(orbit):
     """Right ascension [rad] and time [s] of each northward crossing of the equator, by Newton's method on z."""
     z = np.asarray(orbit.position_eci[:, 2])
     before = np.flatnonzero((z[:-1] < 0.0) & (z[1:] >= 0.0))
-    at = jax.jit(jax.vmap(orbit))
     t = float(orbit.start) + float(orbit.step) * (before - z[before] / (z[before + 1] - z[before]))
     for _ in range(3):
-        position, velocity = (np.asarray(x) for x in at(jnp.asarray(t)))
+        position, velocity = (np.asarray(x) for x in at(orbit, jnp.asarray(t)))
         t = t - position[:, 2] / velocity[:, 2]
-    position = np.asarray(at(jnp.asarray(t))[0])
+    position = np.asarray(at(orbit, jnp.asarray(t))[0])
     return np.unwrap(np.arctan2(position[:, 1], position[:, 0])), t
 
 

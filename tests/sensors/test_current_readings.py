@@ -5,8 +5,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxsat.sensors.current_readings import current_readings, limited_currents, uniform_noise
+from jaxsat.sensors import current_readings as readings
+from jaxsat.sensors.current_readings import limited_currents as limited
+from jaxsat.sensors.current_readings import uniform_noise
 
+limited_currents = jax.jit(limited)
+current_readings = jax.jit(readings, static_argnames=("quantum", "draw"))
 KEY = jax.random.key(3)
 CURRENTS = jnp.array([[100.0, 0.0, 150.0, 0.0, 0.0, 50.0], [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
 ONE = jnp.ones(3)
@@ -23,7 +27,7 @@ def test_limits_act_in_turn():
 
 
 def test_the_gradient_of_a_dark_sample_is_finite():
-    slope = jax.jacfwd(lambda c: limited_currents(c, ONE, sum_limit=100.0))(CURRENTS)
+    slope = jax.jit(jax.jacfwd(lambda c: limited_currents(c, ONE, sum_limit=100.0)))(CURRENTS)
     assert np.all(np.isfinite(slope))
 
 
