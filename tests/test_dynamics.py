@@ -154,6 +154,7 @@ def test_surroundings_in_body_axes():
         )
 
 
+@pytest.mark.slow
 def test_all_torques_and_the_rods_state():
     """Euler's equation with the torques summed outside; the rods' state goes by the law of its own."""
     torques = (*TORQUES, AerodynamicTorque(), SolarPressureTorque(), HysteresisRodsTorque())
@@ -188,6 +189,7 @@ def test_what_the_rods_state_needs_is_named():
         derivative(lagging, full_point(0)[1], rigid_body(CRAFT, ()))
 
 
+@pytest.mark.slow
 def test_slopes_through_all_torques_are_finite_and_agree():
     """By attitude, rate, lag and every number of the satellite, in both modes."""
     body = rigid_body(FULL, (AerodynamicTorque(), SolarPressureTorque(), HysteresisRodsTorque()))

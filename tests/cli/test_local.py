@@ -35,6 +35,7 @@ def cosines(table: list[dict[str, str]]) -> np.ndarray:
     return np.array([[[float(row[f"a{i}{j}"]) for j in (1, 2, 3)] for i in (1, 2, 3)] for row in table])
 
 
+@pytest.mark.slow
 def test_local_finds_the_attitude_of_a_short_arc(capsys):
     # 320 s has one magnetometer axis only.
     assert run(["local", "--method", "sun-field", "--x", "along", "--arc", "128", "400", "--out", "deep/out"]) == 0
@@ -64,6 +65,7 @@ def test_local_finds_the_attitude_of_a_short_arc(capsys):
     assert parts[0] - parts[1] == pytest.approx(parts[2], abs=1e-6)
 
 
+@pytest.mark.slow
 def test_turn_about_the_field_from_the_published_position():
     assert run(["turn", "--at", "450", "--angle-deg", "0", "--out", "out"]) == 0
     document = json.loads(Path("out/turn.json").read_text())

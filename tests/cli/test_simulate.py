@@ -55,6 +55,7 @@ def session():
     return make_session(plan(settings(cleaning__panel_order=ORDER)))
 
 
+@pytest.mark.slow
 def test_the_session_is_that_of_another_program(session):
     theirs, ours = json.loads(TRUTH.read_text()), session.truth
     # Measured 5e-10 deg between attitudes: both integrate to 1e-9 or better.
@@ -115,6 +116,7 @@ def test_panels_of_any_outline_see_what_the_box_sees(session):
             np.testing.assert_allclose(found[name], of_box, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_the_command_writes_what_it_says(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("jaxsat.numerics.set_up_jax", lambda: None)
     config = tmp_path / "x.toml"

@@ -188,6 +188,7 @@ def test_inertial_field_turns_with_the_earth():
     np.testing.assert_allclose(b_field_eci, turn @ np.asarray(evaluate(field, position_ecef)), rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("field", [igrf_dipole(2001.0), igrf_field(2001.0)])
 def test_single_precision_stays_single(field):
     """Within 1e-6 of the field, 0.06 nT: a rounding of 6e-8 in position counts 3 to 15 times, the sums add as much."""

@@ -66,6 +66,7 @@ def test_eclipses_from_the_integration_of_jpl():
     np.testing.assert_allclose(np.degrees(np.arcsin(EARTH_RADIUS / distance)) * 3600, rows[:, 13], atol=0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("centuries", [-0.1, 0.0, 0.0104, 0.31])
 def test_derivative(centuries):
     t, step = jnp.asarray(centuries), 600 / 86400 / 36525

@@ -74,6 +74,7 @@ def test_series_from_an_epoch():
     np.testing.assert_allclose(distance, exact_distance, rtol=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("centuries", [-0.1, 0.0, 0.0104, 0.31])
 def test_derivative_of_the_series(centuries):
     t = jnp.asarray(centuries)

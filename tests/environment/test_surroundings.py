@@ -53,6 +53,7 @@ OPTIONS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", OPTIONS)
 def test_table_is_that_made_by_hand(name):
     options, arguments = OPTIONS[name]
@@ -125,6 +126,7 @@ GRID = StepGrid.through(np.array([100.0, 300.0]), start=0.0, max_step=5.0)
 MAGNET = (PermanentMagnet(),)
 
 
+@pytest.mark.slow
 def test_slopes_flow_from_the_elements_to_the_attitude():
     """Every number is a leaf: six elements, the dipole and the Earth's turn, by reverse mode through the table."""
     surroundings = Surroundings(ORBIT, FIELD, GREENWICH)
@@ -153,6 +155,7 @@ def test_slopes_flow_from_the_elements_to_the_attitude():
         assert slope == pytest.approx((ends[0] - ends[1]) / (2 * h), rel=1e-6), name
 
 
+@pytest.mark.slow
 def test_motion_within_a_tolerance_through_an_object():
     """What is simulated at once is what is tabulated first."""
     surroundings = Surroundings(ORBIT, FIELD, GREENWICH)

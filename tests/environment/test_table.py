@@ -51,6 +51,7 @@ def test_rows_of_light():
     assert all(np.all(np.isfinite(x)) for x in jax.tree.leaves(table))
 
 
+@pytest.mark.slow
 def test_derivatives_with_respect_to_elements_are_finite():
     diffuse = DiffuseAlbedo(rings=3, azimuths=4)
 
@@ -110,6 +111,7 @@ def test_any_orbit_will_do_and_the_air_is_that_of_its_places():
     np.testing.assert_allclose(np.sum(velocity * np.asarray(table.position_eci), axis=1), 0.0, atol=1e-3)
 
 
+@pytest.mark.slow
 def test_pressure_of_sunlight():
     sun, distance = apparent_sun(EPOCH, np.asarray(TIMES))
     table = tabulate(ORBIT, TIMES, FIELD, 3.3376, sun_eci=sun, sun_distance=distance)
@@ -128,6 +130,7 @@ def test_pressure_of_sunlight():
     assert set(np.unique(np.asarray(plain.solar_pressure))) == {0.0, 4.56e-6}
 
 
+@pytest.mark.slow
 def test_derivatives_of_all_entries_are_finite():
     turned = Rotation.from_euler("Z", 1.0).apply(np.array(SUN))
 

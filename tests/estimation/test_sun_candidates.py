@@ -178,6 +178,7 @@ def test_nothing_is_missed(alive, count):
     assert several > count // 4
 
 
+@pytest.mark.slow
 def test_slopes():
     """The directions found turn with the Sun, whichever faces are lit; all is finite on edges, folds and in the dark.
 

@@ -87,6 +87,7 @@ def results(rate_deg_s, noise, seed, dead=0):
     return apart(best, suns)[counted], apart(track, suns)[counted], sigma[counted]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rate_deg_s", "noise", "allowed", "tracker"),
     [((0.0, 0.2), 0.002, 0.04, 0.1), ((0.3, 2.0), 0.002, 0.002, 0.03), ((0.1, 0.5), 0.0, 0.005, 0.0)],
@@ -115,6 +116,7 @@ def one_hypothesis(v, spread=0.02):
     return SunFilter(first, second, jnp.tile(spread**2 * jnp.eye(2), (3, 1, 1)), cost)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle_deg", [12.0, 50.0, 80.0])
 def test_correction_is_the_textbook_one(angle_deg):
     """All currents at once, matrices inverted, slopes by differences: P' = (P^-1 + H' R^-1 H)^-1."""
@@ -181,6 +183,7 @@ def test_a_jump_is_found_out_and_a_dark_face_speaks():
     assert apart(np.asarray(after.direction[0]), direction(22.0, 45.0)) < np.radians(0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("angle_deg", "azimuth_deg", "lit"), [(50.0, 35.0, 2), (79.0, 40.0, 2), (75.0, 0.5, 1)])
 def test_slopes_against_differences(angle_deg, azimuth_deg, lit):
     """Of the direction after a correction, with the currents; in the light of two faces, in the shade, and of one."""
@@ -209,6 +212,7 @@ def slopes(belief, i, candidates, sigma):
     return jax.jacfwd(moved)(i)
 
 
+@pytest.mark.slow
 def test_replayed_over_all_cases():
     """One sample of beliefs that are blank, near, lost, or in the dark, by elements as the sweep runs it.
 

@@ -57,6 +57,7 @@ def follow(turn, suns, gain):
     return lax.scan(lambda track, sun: one(track, turn, sun, gain), blank, suns)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rate_deg_s", "seed", "gain"), [((0.3, 2.0), 1, 1.0), ((0.1, 0.5), 2, 1.0), ((0.3, 2.0), 3, 0.3)]
 )
@@ -141,6 +142,7 @@ def test_gain_shares_between_gyro_and_sensor():
     assert np.isinf(after.mismatch[2]) and not bool(blank_track().known()) and bool(after.known())
 
 
+@pytest.mark.slow
 def test_replayed_over_cases():
     """One sample of tracks that are blank, near a candidate, and lost; the candidates have a test of their own."""
     rng = np.random.default_rng(7)

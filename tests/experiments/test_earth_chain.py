@@ -42,6 +42,7 @@ def test_the_corrected_numbers(script):
         assert found[name] == pytest.approx(value, abs=tolerance), name
 
 
+@pytest.mark.slow
 def test_curvature_costs_one_sensor_what_two_opposite_ones_give_back(script):
     found = script.pointing_errors(800.0, 5.0, draws=2)
     # The disk's edge falls away by y^2 / (2 tan rho) at y across: 6.8' at 5 deg.

@@ -54,6 +54,7 @@ def programs(directory: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in sorted(directory.glob("wave-*.stablehlo"))}
 
 
+@pytest.mark.slow
 def test_program_outlives_its_process(tmp_path):
     traced, results = process(tmp_path, 5)
     first = programs(tmp_path)

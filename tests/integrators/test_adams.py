@@ -236,6 +236,7 @@ def test_last_state_alone():
         np.testing.assert_allclose(alone, states[-1], rtol=32 * EPS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [ORDER - 1, ORDER, 23, 58])
 def test_counted_steps_are_the_same(count):
     """A traced count of steps on a grid padded for more of them."""

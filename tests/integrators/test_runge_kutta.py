@@ -128,6 +128,7 @@ def scaled(name, y, scale, **options):
     return integrate(step_of(name), y, scale * COSINES[name], LENGTHS, **options)[GRIDS[name].sample_index[-1]]
 
 
+@pytest.mark.slow
 @BOTH
 def test_derivatives_of_both_loops(name):
     def blocks(y, scale):
@@ -163,6 +164,7 @@ def test_checkpoints_change_nothing(every):
     np.testing.assert_allclose(slopes, EXACT, rtol=ERROR["RK4"])
 
 
+@pytest.mark.slow
 def test_checkpoints_save_memory():
     """Steps whose evaluations leave much behind: kept for all 2048 of them, or for 32 at a time."""
 

@@ -85,6 +85,7 @@ def test_coefficients_without_a_harmonic_mean_nothing():
         np.testing.assert_array_equal(found, expected)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [1, 21])
 def test_gradient_is_the_complex_step_and_the_derivative(size):
     coefficients = jnp.asarray(random_coefficients(size))
@@ -100,6 +101,7 @@ def test_gradient_is_the_complex_step_and_the_derivative(size):
     np.testing.assert_allclose(SLOPE(jnp.asarray(POINTS), coefficients), gradient, rtol=0, atol=2e-13 / RADIUS)
 
 
+@pytest.mark.slow
 def test_second_derivatives_are_symmetric_and_traceless():
     coefficients = GRADIENT(jnp.asarray(random_coefficients(14)))
     again = jax.jit(jax.vmap(GRADIENT))(coefficients).reshape(9, 2, 16, 16)

@@ -102,6 +102,7 @@ def whole(a, b, m, n, s):
 VECTORS = ((3,), (3,), (3, 3), (3, 3), ())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("function", "cases"),
     [(products, (5,)), (elementwise, (2, 3)), (rearranged, (5,)), (whole, ()), (whole, (2, 3))],
@@ -127,6 +128,7 @@ def smooth(a, b, m, n, s):
     return s * (turned @ chosen + jnp.sum(looped) * jnp.sum(jnp.sin(spread)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev], ids=["forward", "reverse"])
 def test_slopes_are_those_of_vmap(mode):
     cases = (2,)

@@ -144,6 +144,7 @@ def test_start_may_be_a_plain_number_and_single_precision_stays():
         np.testing.assert_allclose(leaf, value, atol=20 * float(np.finfo(np.float32).eps))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev], ids=["forward", "reverse"])
 def test_derivatives_by_state_times_and_start(mode):
     initial, times, start = 1.3, np.array([0.3, 0.5, 0.7]), 0.1

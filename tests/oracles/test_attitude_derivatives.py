@@ -157,6 +157,7 @@ def found(way, point):
     return np.asarray(jacobian(WAYS[way], jnp.asarray(q), jnp.asarray(np.array(w))))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("point", POINTS)
 @pytest.mark.parametrize("way", WAYS)
 def test_derivatives_by_complex_step(way, point):

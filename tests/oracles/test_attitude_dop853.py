@@ -158,6 +158,7 @@ def motions():
     return cases, found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", LENGTHS)
 @pytest.mark.parametrize("k", range(len(SPINS)), ids=[f"{spin} rad per s" for spin in SPINS])
 def test_tolerance_holds_from_slow_to_fast(motions, k, tolerance):
@@ -173,6 +174,7 @@ def test_tolerance_holds_from_slow_to_fast(motions, k, tolerance):
     assert angle(back.quaternion, [*attitudes[k, -2::-1], cases.q[k]]) < tolerance
 
 
+@pytest.mark.slow
 def test_tolerance_holds_where_the_motion_grows_fast_on_the_way():
     """Nothing at the start tells what step is needed: the comparison of two runs has to."""
     growth, cases = 10.0, Cases(17, [0.001])
@@ -195,6 +197,7 @@ EVEN = np.linspace(0.05, 1.0, 20) * SPAN
 UNEVEN = np.sort(np.random.default_rng(4).uniform(0.0, SPAN, 20))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shared", [True, False], ids=["one satellite", "each its own"])
 def test_tolerance_holds_for_many_at_once(shared):
     """64 cases in four chunks: three quarters of them are not in the pilot that the step is chosen by."""
@@ -215,6 +218,7 @@ def test_tolerance_holds_for_many_at_once(shared):
         assert motion.diverged == ()
 
 
+@pytest.mark.slow
 def test_second_oracle(motions):
     """diffrax's Dopri8, with the equations once more in its own words."""
     diffrax = pytest.importorskip("diffrax")
@@ -249,6 +253,7 @@ def test_second_oracle(motions):
     assert angle(motion.quaternion, solution.ys[:, :4]) < 1e-7
 
 
+@pytest.mark.slow
 def test_thousand_seconds_in_the_main_field():
     """The IGRF as ppigrf has it, a noon: ppigrf dates the model by calendar day and hour, the year is no leap year."""
     ppigrf = pytest.importorskip("ppigrf")

@@ -118,6 +118,7 @@ FREE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FREE)
 def test_free_tumbling(name):
     moments, w0, direction = FREE[name]
@@ -181,6 +182,7 @@ def pendulum(modulus):
     return over, 2.0 * ellipk(modulus**-2) / modulus
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("modulus", "tolerance", "length"),
     [

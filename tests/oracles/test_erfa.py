@@ -28,6 +28,7 @@ def angles_deg(a, b):
     return np.degrees(2 * np.arcsin(0.5 * np.linalg.norm(a - b, axis=1)))
 
 
+@pytest.mark.slow
 def test_sun(instants):
     t_s, tt = instants
     found, _ = jax.jit(jax.vmap(Sun(SPAN[0].tt_centuries())))(jnp.asarray(t_s))
@@ -43,6 +44,7 @@ def test_sun(instants):
     assert np.max(angles_deg(np.asarray(found), np.einsum("nij,nj->ni", erfa.pnm06a(*tt), toward))) < 0.0007
 
 
+@pytest.mark.slow
 def test_moon(instants):
     # moon98 is Meeus' chapter 47 as well, so this proves terms, arguments and frame, not the theory: that is checked
     # against eclipses from JPL's integration in tests/environment/test_moon.py. It is geometric; ours is 0.7" behind.

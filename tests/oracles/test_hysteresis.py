@@ -227,6 +227,7 @@ def test_spinning_satellite_loses_the_loop_area_a_turn(q0):
     assert 0 < expected < 0.5 * INERTIA * 0.05**2 / 20 and -0.05 < back[-1, 2] < 0
 
 
+@pytest.mark.slow
 def test_slopes_of_a_damped_spin_against_differences():
     """The rate after two turns by Hc, Br, Bs, volume, q0, p and the initial rate; starts on a turning point of H."""
     scale = np.array([*SLENDER, VOLUME, 0.1, 2.5, 0.05])

@@ -147,6 +147,7 @@ BOUNDS = {
 methods' own and falling with their order; 1e-13 is rounding, 1e-16 in each of 600 to 1200 steps."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SYSTEMS)
 @pytest.mark.parametrize(("method", "step"), BOUNDS)
 def test_drift_in_one_orbit(method, step, name):

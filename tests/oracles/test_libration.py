@@ -115,6 +115,7 @@ ATTITUDES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ATTITUDES)
 def test_linear_motion_about_each_equilibrium(name):
     """All of the linear theory, in one matrix: its 36 elements after an orbit, stable or not."""
@@ -165,6 +166,7 @@ def frequencies(x, h, count):
     return np.sort(np.arccos(cosines))[::-1] / h
 
 
+@pytest.mark.slow
 def test_published_frequencies_by_five_orbits():
     # Waves of second order are 1e-5 of those of the first, and their frequencies are others.
     librations = librate([1e-5, -7e-6, 3e-6], rate=[3e-6 * N, 7e-6 * N, -3e-6 * N])

@@ -77,6 +77,7 @@ def angle_to_field_deg(q, b_field_eci):
     return np.degrees(np.arctan2(np.hypot(b_body[:, 1], b_body[:, 2]), b_body[:, 0]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SESSIONS)
 def test_motion(name, sessions):
     """4480 s from the first state on, at 2 s steps; the truth is good to about 1e-9 rad."""

@@ -75,6 +75,7 @@ def oblate(r):
     return -MU / np.linalg.norm(r) ** 3 * r * (1 - factor * (np.array([5, 5, 5]) * z2 - np.array([1, 1, 3])))
 
 
+@pytest.mark.slow
 def test_all_perturbations_from_the_textbook():
     sun, sun_at = circular(1.02 * AU, 1.3271e20, 0.409, 0.4)
     moon, moon_at = circular(3.8e8, MU, 0.45, 2.0)
@@ -129,6 +130,7 @@ def test_sunlight_through_the_shadow():
     assert error["right"] < 0.5 and error["none"] > 50.0
 
 
+@pytest.mark.slow
 def test_a_day_under_harmonics_sun_and_moon_of_others():
     """In the celestial frame: harmonics by brahe, axes, Sun and Moon by ERFA; ours in the moving axes of date."""
     brahe = pytest.importorskip("brahe")
@@ -203,6 +205,7 @@ def nodal_rate(argument_of_latitude, field, epoch, *, days, sun_mu=0.0, moon_mu=
     return np.degrees(np.polyfit(t, nodes, 1)[0]) * 86400.0
 
 
+@pytest.mark.slow
 def test_nodal_rate_of_the_zonal_harmonics():
     epoch = Epoch.from_utc(2018, 10, 14)
     j2_only = egm2008(4, 0)
@@ -227,6 +230,7 @@ def test_nodal_rate_of_the_zonal_harmonics():
     assert j4 - from_node == pytest.approx(fourth, rel=0.02)
 
 
+@pytest.mark.slow
 def test_nodal_rate_under_everything():
     rate = nodal_rate(0.0, egm2008(8), Epoch.from_utc(2018, 10, 14), days=20.0, sun_mu=SUN_MU, moon_mu=MOON_MU)
     # Found before with another program, for a date not noted; between dates it varies from 0.98790 to 0.98845.

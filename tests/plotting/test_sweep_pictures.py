@@ -27,6 +27,7 @@ def pixels(png: bytes) -> np.ndarray:
     return imread(io.BytesIO(png))[..., :3]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [0, 1, 5])
 def test_distributions(count):
     metrics = [summarise_metric(name, "1", values, SUCCESS) for name, values in list(COLUMNS.items())[:count]]

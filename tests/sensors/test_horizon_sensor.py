@@ -126,6 +126,7 @@ def test_presence_is_signalled_to_the_published_offsets():
         assert look(sensor, x).tolist() == [True, False, True, False]
 
 
+@pytest.mark.slow
 def test_slopes_are_those_of_finite_differences():
     def both(x, width):
         step = jnp.stack(step_harmonics(x, THETA, 2.0))

@@ -94,6 +94,7 @@ def total(q, position, sun):
     return jnp.sum(mirror_currents(q, THREE, position, sun, R) * jnp.array([1.0, 2.0, 3.0]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("alpha", [40.0, 100.0])
 def test_gradients_against_differences(alpha):
     position = jnp.asarray(at(alpha))

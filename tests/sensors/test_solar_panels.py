@@ -144,6 +144,7 @@ currents_at = jax.jit(perturbed)
 SLOPES = {"forward": jax.jit(jax.jacfwd(perturbed)), "reverse": jax.jit(jax.jacrev(perturbed))}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", SLOPES)
 @pytest.mark.parametrize("sun_deg", [40.0, 75.0])
 def test_slopes_against_differences(way, sun_deg):
@@ -180,6 +181,7 @@ def test_slope_by_the_light_itself():
     np.testing.assert_allclose(slope.diffuse_direction_eci, by_direction, atol=1e-16)
 
 
+@pytest.mark.slow
 def test_slope_by_the_orbit_through_diffuse_light():
     # The Sun 30 deg from the vertical: no terminator in sight, where the slope would be that of the integral only.
 

@@ -100,6 +100,7 @@ def test_order_four_with_all_torques():
     np.testing.assert_allclose(np.log2(error[:-1] / error[1:]), 4.0, atol=0.2)
 
 
+@pytest.mark.slow
 def test_order_eight_meets_order_four():
     """Two methods: eight steps of 50 s of one against 512 of 0.8 s of the other."""
     grid, table = laid([200.0, 400.0], max_step=400 / 512)
@@ -179,6 +180,7 @@ def difference():
     return np.stack([(plus - minus) / (2 * h) for plus, minus in ends], axis=-1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["forward through blocks", "reverse through the scan"])
 def test_slopes_of_the_final_attitude(way, difference):
     if way.startswith("forward"):
@@ -192,6 +194,7 @@ def test_slopes_of_the_final_attitude(way, difference):
     np.testing.assert_allclose(slope, difference, atol=2e-8)
 
 
+@pytest.mark.slow
 def test_checkpoints_change_neither_motion_nor_slope():
     """The slope of a scalar loss, the steps of a grid without padding being 24 and no multiple of 10."""
     grid, table = laid([100.0, 240.0], pad_steps=1)
@@ -226,6 +229,7 @@ def test_state_of_the_rods_goes_along():
     assert move(craft_with(INERTIA), start(), TABLE, GRID).rod_lag is None
 
 
+@pytest.mark.slow
 def test_slopes_are_finite_from_rest():
     def end(w):
         return simulate_on_grid(
@@ -253,6 +257,7 @@ def test_many_satellites_at_once():
         np.testing.assert_allclose(together[k], alone, atol=1e-14)
 
 
+@pytest.mark.slow
 def test_cases_in_front_are_as_one_by_one():
     """On an Adams grid: the motions of three states, and the slopes of all their final attitudes."""
     grid = AdamsGrid.through(np.array([30.0, 90.0]), start=0.0, max_step=2.0)

@@ -70,6 +70,7 @@ def fine():
 REFERENCE = 5e-13
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("tableau", "tolerance"),
     [(None, 1e-4), (None, 3e-6), (DORMAND_PRINCE_8, 1e-4), (DORMAND_PRINCE_8, 1e-10), (RK4, 1e-3)],
@@ -144,6 +145,7 @@ RODS = HysteresisRods(
 )
 
 
+@pytest.mark.slow
 def test_hysteresis_with_its_kinks_is_held_too():
     """The fields along the rods turn back within the session: there the motion has breaks in its slopes."""
     craft = eqx.tree_at(lambda c: c.hysteresis_rods, CRAFT, RODS, is_leaf=lambda x: x is None)
@@ -189,6 +191,7 @@ def test_state_that_is_not_finite_is_refused(broken):
         simulate(CRAFT, initial, surroundings, TIMES, tolerance=1e-4)
 
 
+@pytest.mark.slow
 def test_steps_taken_can_be_gone_over_again():
     """The grid of a result gives the same motion, and its slopes in reverse mode."""
     motion = simulate(CRAFT, START, surroundings, TIMES, tolerance=1e-4)

@@ -80,6 +80,7 @@ def test_dask_without_dask_is_one_line(sweep, monkeypatch):
         run_dask(one.source, one.plan, one.directory, [0], on_done=lambda done: None)
 
 
+@pytest.mark.slow
 def test_dask_worker_killed_half_way(sweep):
     """Its chunks are run by others, and the files are those of threads."""
     distributed = pytest.importorskip("distributed")

@@ -60,6 +60,7 @@ def attitude_error_deg(attitude) -> np.ndarray:
     return np.degrees(2.0 * np.arccos(np.minimum(overlap, 1.0)))
 
 
+@pytest.mark.slow
 def test_every_promised_file_is_there_and_no_other(fitted):
     path, out = fitted
     assert sorted(entry.name for entry in out.iterdir()) == FILES
@@ -146,6 +147,7 @@ def test_console_script_does_the_same(document, tmp_path):
     assert list(Path(os.environ["JAX_COMPILATION_CACHE_DIR"]).glob("*.stablehlo"))
 
 
+@pytest.mark.slow
 def test_console_script_answers_bad_input_in_one_line(tmp_path):
     command = [str(Path(sys.executable).with_name("jaxsat")), "fit", "missing.RAW_SUN", "--out", "out"]
     environment = {**os.environ, "JAX_COMPILATION_CACHE_DIR": str(tmp_path / "xla")}

@@ -32,6 +32,7 @@ def write(*rows) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_results_tell_of_the_limb_angles(fake_fit, capsys):
     fake_fit.update(limb_samples=2, limb_rms_deg=0.3125)
     path = write(*ROWS, STRAY)

@@ -65,6 +65,7 @@ def test_profiles_are_in_every_output(asked, capsys):
     assert "warning: rods.y has no profile" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_pictures_of_an_earlier_run_go(asked):
     assert run(["fit", "--profile", "imax", "--out", "out"]) == 0
     assert run(["fit", "--out", "out", "--no-plots"]) == 0

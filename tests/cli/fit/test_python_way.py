@@ -36,6 +36,7 @@ def given(make_result, monkeypatch):
     return asked
 
 
+@pytest.mark.slow
 def test_python_writes_what_the_command_writes(given, tmp_path):
     satellite = jaxsat.read_satellite()
     session = jaxsat.read_telemetry(BUNDLED, satellite)

@@ -220,6 +220,7 @@ def test_less_motion_is_samples_one_after_the_other(phone):
     assert state(phone)["t_s"] % 64.0 == 0.0
 
 
+@pytest.mark.slow
 def test_without_a_script_pictures_and_tables_are_there(open_page):
     page = open_page(360, 740, java_script_enabled=False)
     for name in ("Panel currents", "Parameters", "Provenance", "Motion"):

@@ -19,6 +19,7 @@ def swept(tmp_path_factory):
     return directory
 
 
+@pytest.mark.slow
 def test_cases_end_pointing_and_their_times_add_up(swept):
     table = pq.read_table(swept / "cases.parquet").to_pydict()
     assert table["case"] == list(range(40))
@@ -36,6 +37,7 @@ def test_cases_end_pointing_and_their_times_add_up(swept):
     assert summary["succeeded"] == good.sum() and len(summary["failed"]) == 40 - good.sum()
 
 
+@pytest.mark.slow
 def test_one_case_again_with_its_history(swept):
     assert run(["sweep", "sun-pointing", "--case", "7", "--out", str(swept)]) == 0
     found = json.loads((swept / "case-7" / "case.json").read_text())

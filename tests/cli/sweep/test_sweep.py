@@ -165,6 +165,7 @@ def test_a_full_disk_is_one_line(tmp_path, capsys):
     assert capsys.readouterr().err.splitlines()[-1] == "jaxsat: error: somewhere: No space left on device"
 
 
+@pytest.mark.slow
 def test_killed_at_random_moments_and_resumed():
     """SIGKILL, again and again: nothing is lost and nothing is there twice."""
     expected = whole("--cases", "200", "--seed", "7", "--set", "pause_s=0.05")

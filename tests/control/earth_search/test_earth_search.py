@@ -67,6 +67,7 @@ def looks():
     return q, np.matmul(lines_of_sight()[None], turn.transpose(0, 2, 1)[:, None])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("uneven", [False, True])
 def test_signals_are_those_of_rays_cast_at_the_earth(uneven):
     """Every line of sight of 150 attitudes is turned to inertial axes and met with a sphere."""
@@ -211,6 +212,7 @@ def test_what_the_paper_leaves_open():
     assert int(memory.mode) == SEARCH and command == pytest.approx([-2.0, 0.0])
 
 
+@pytest.mark.slow
 def test_z_moves_toward_the_commanded_side():
     """A step of the loop with the Earth at the sensor +y: body z comes nearer to it."""
     case = one_case(up_body=-np.array([0.0, math.sin(2.1), math.cos(2.1)]))
@@ -273,6 +275,7 @@ def error_deg(state):
     return np.degrees(np.arccos(np.clip(nadir[:, 2], -1.0, 1.0)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("inside", ["always", "never", "random"])
 def test_presence_inside_the_disk_does_not_matter(inside):
     """The same cases with presence inside forced, forbidden or thrown: every one ends at the nadir."""
@@ -284,6 +287,7 @@ def test_presence_inside_the_disk_does_not_matter(inside):
     np.testing.assert_allclose(np.degrees(np.linalg.norm(state.angular_velocity, axis=1)), 0.0594, atol=0.02)
 
 
+@pytest.mark.slow
 def test_cases_together_are_those_alone():
     settings = LoopSettings(period_s=4.0)
     cases = drawn()

@@ -85,6 +85,7 @@ def start(degrees, axis=(1.0, 0.0, 0.0), rate=None, around=AROUND):
     return begin(around, quaternion.from_rotation_vector(jnp.asarray(vector)), jnp.asarray(rate))
 
 
+@pytest.mark.slow
 def test_motion_of_one_orbit_is_that_of_scipy():
     """Gravity gradient and a constant dipole, of moments and attitudes at large: RK4 of 16 s against DOP853."""
     state = start(40.0, np.array([1.0, 2.0, -1.0]) / math.sqrt(6.0), rate=[1e-3, -2e-3, 5e-4])
@@ -120,6 +121,7 @@ def test_motion_of_one_orbit_is_that_of_scipy():
     assert apart < 2e-5 and np.max(abs(np.asarray(w) - expected[4:])) < 2e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("axis", "expected"), [((1.0, 0.0, 0.0), [0.776286]), ((0.0, 0.6, 0.8), [1.505944, 0.473807])])
 def test_librations_have_the_frequencies_of_linear_theory(axis, expected):
     """Pitch about body x; roll and yaw together about z and y (NOTES, section 3), over eight orbits."""
@@ -178,6 +180,7 @@ def test_books_balance():
     assert jacobi(after, 16.0 * PERIODS) == pytest.approx(jacobi(state, 0.0), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_filter_is_the_mean_of_measurements_by_the_second():
     """Against sixteen attitudes of the second, each from SciPy's rotation: errors, rates and field."""
     state = start(25.0, np.array([2.0, -1.0, 1.0]) / math.sqrt(6.0), rate=[2e-4, 3e-4, -1e-4])
@@ -201,6 +204,7 @@ def test_the_filter_is_the_mean_of_measurements_by_the_second():
     np.testing.assert_allclose(after.seen.b_field_body, np.mean(field, axis=0), atol=5e-9)
 
 
+@pytest.mark.slow
 def test_four_periods_at_once_while_it_is_off():
     state = start(3.0, (0.0, 0.6, 0.8))
     once, four = step_of(4)(nodes_at(0, 4, 8), state), state
@@ -239,6 +243,7 @@ def test_supervisor():
     assert asked(0.31, True, 2984.0) == (True, 0.0)
 
 
+@pytest.mark.slow
 def test_slope_of_the_closed_loop_against_differences():
     """Of the error an hour on by the gains of eq. 2, without noise, where no switch lies between the differences."""
     around = jax.tree.map(lambda leaf: leaf[:449], AROUND)

@@ -31,6 +31,7 @@ def test_the_node_moves_as_published(flight):
     assert orbital_period(flight) == pytest.approx(5951.5, abs=5.0)
 
 
+@pytest.mark.slow
 def test_surroundings_at_the_nodes(legs, around):
     """Sun 60 to 65 deg from the orbit's antinormal; pressure 4.5e-6 Pa in the light and none in the shadow."""
     r = np.asarray(around.position_eci)
@@ -51,6 +52,7 @@ def test_surroundings_at_the_nodes(legs, around):
     np.testing.assert_allclose(later.position_eci[:50], around.position_eci[14:64], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_mission_in_legs_is_one_flown_at_once(flight, around):
     """Awake at first, by steps of 16 s, noise included; then asleep, by 64 s against 16 s."""
     vehicle, law, key = nominal_vehicle(), EmergencyLaw(), jax.random.key(3)
@@ -73,6 +75,7 @@ def test_a_mission_in_legs_is_one_flown_at_once(flight, around):
     assert float(state.impulse) == pytest.approx(float(whole.impulse), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_dispersions_are_drawn_as_said(around):
     spread = Dispersions(min_error_deg=5.0, max_error_deg=30.0, max_rate_deg_s=0.02, inertia=0.05, field=0.02)
     draw = jax.jit(lambda keys: draw_cases(spread, around, keys))

@@ -31,6 +31,7 @@ def test_axes_are_those_of_erfa():
     assert np.linalg.det(found) == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", ["coming", "going"])
 def test_the_start_is_eleven_degrees_off_and_turns_with_the_sun(flight, legs, side):
     period, off, rate = transition_start(flight, 11.0, side)

@@ -68,6 +68,7 @@ def core():
     return J - panels_at(-np.pi / 2)
 
 
+@pytest.mark.slow
 def test_momentum_of_body_and_panels_is_kept_as_by_scipy():
     """Turning about all axes while the panels go 130 deg, and on the way, against DOP853 of two bodies."""
     vehicle = dataclasses.replace(VEHICLE, panel_inertia=jnp.asarray(PANEL))
@@ -166,6 +167,7 @@ def test_facets_turn_with_the_panels():
     np.testing.assert_allclose(zero.centers, parked.centers, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_panels_that_follow_the_sun(flight):
     """Their normal sees it as well as any normal across the hinge can."""
     flight = dataclasses.replace(flight, field=igrf_dipole(2018.8))

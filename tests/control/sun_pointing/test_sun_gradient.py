@@ -25,6 +25,7 @@ def cases():
     return Cases(jnp.asarray(q), jnp.asarray(rate), nominal_vehicle(), jax.random.split(jax.random.key(3), COUNT))
 
 
+@pytest.mark.slow
 def test_sensitivities_are_the_differences_of_means(cases):
     metrics = (settling_time, impulse)
     found = sensitivities(SETTINGS, LAW, cases, SUN, PERIODS, NAMES, metrics, jax.random.key(1))

@@ -75,6 +75,7 @@ def test_a_control_period_of_motion_is_that_of_scipy():
     np.testing.assert_allclose(new_q, exact[:4], atol=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("settings", "made"), [(LoopSettings(), perfect), (NOISY, lambda cases: cases)])
 def test_the_sun_is_found_and_held(settings, made):
     cases = made(draw(keys(24)))
@@ -89,6 +90,7 @@ def test_the_sun_is_found_and_held(settings, made):
     assert np.all((np.asarray(final.impulse) > 1.0) & (np.asarray(final.impulse) < 150.0))
 
 
+@pytest.mark.slow
 def test_a_case_is_the_same_alone_and_in_company():
     cases = draw(keys(24))
     final = program(NOISY, 900)(cases)
@@ -119,6 +121,7 @@ def test_without_torque_energy_and_momentum_stay():
     np.testing.assert_allclose(h1, h0, atol=1e-4 * np.linalg.norm(h0, axis=1).max())
 
 
+@pytest.mark.slow
 def test_the_tracker_errs_less_than_the_published_algorithm_and_both_arrive():
     """A slew from 80 deg, where the published algorithm takes the wrong root on its way (figures 20 and 21)."""
     instrument = np.array(

@@ -76,6 +76,7 @@ def test_a_panel_that_cannot_see_the_earth_has_exactly_none():
     assert np.all(currents(normals, *albedo(*scene(height_km, 40))) == 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sun_deg", [0.0, 1e-10, 35.0, 90.0, 115.0, 170.0, 180.0])
 def test_unit_directions_finite_gradients_and_darkness(sun_deg):
     position, sun = scene(700, sun_deg)

@@ -5,6 +5,7 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from jaxsat.constants import EARTH_RADIUS_MEAN
 from jaxsat.environment.albedo.infrared import CELLS, BrightnessMap, octahedral_nodes, random_brightness
@@ -30,6 +31,7 @@ def test_nodes_are_read_where_they_are_and_smooth_fields_between_them():
     assert len(nodes) == (CELLS + 1) ** 2
 
 
+@pytest.mark.slow
 def test_the_field_has_the_published_correlation():
     """Over 4 draws: variance one, and exp(-L/R) at several distances, in pairs with all directions."""
     here = directions(3000)

@@ -144,6 +144,7 @@ def derivatives():
     return steps, evaluate(ACCELERATIONS, jnp.asarray(states))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ACCELERATIONS)
 def test_gradients_against_differences(name, derivatives):
     steps, found = derivatives
@@ -155,6 +156,7 @@ def test_gradients_against_differences(name, derivatives):
         np.testing.assert_allclose(jacobian[:, half], difference[:, half], rtol=0, atol=1e-7 * size + rounding)
 
 
+@pytest.mark.slow
 def test_single_precision_stays_single():
     @eqx.filter_jit
     def values(accelerations, t, position, velocity):

@@ -34,6 +34,7 @@ def test_angular_velocity_is_precession_with_nutation():
     np.testing.assert_allclose(mean, expected, rtol=0, atol=0.2 * 7.7e-12)
 
 
+@pytest.mark.slow
 def test_an_ellipse_among_the_stars():
     days = np.linspace(0.0, DAYS, 11)
     dcm = true_from_stars(days)

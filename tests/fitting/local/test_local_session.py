@@ -62,6 +62,7 @@ def off_deg(found):
     return np.degrees(angle_between_attitudes(found.quaternion, Q[:, None]))
 
 
+@pytest.mark.slow
 def test_exact_currents_give_the_attitude_where_five_panels_are_lit(samples):
     found = solve_five_parameters(samples)
     error = off_deg(found)
@@ -98,6 +99,7 @@ def direct_only(samples):
     return dataclasses.replace(samples, currents=currents * (samples.currents.max(axis=1, keepdims=True) > 0.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("missing", [[], [0]], ids=["three axes", "two axes"])
 def test_without_albedo_sun_and_magnetometers_are_exact(direct_only, missing):
     found = solve_sun_field(direct_only, field_in_body(direct_only, missing), **SIGMAS)

@@ -33,6 +33,7 @@ def light(sun, mirror, factor):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("albedo", [0.0, 0.4])
 def test_roll_of_a_field_aligned_satellite_is_found(sign, albedo):
@@ -79,6 +80,7 @@ def test_field_aligned_attitudes_turn_evenly_about_the_field(field):
         np.testing.assert_allclose((turns[0].inv() * turns[1]).as_rotvec(), [0.7, 0, 0], atol=1e-14)
 
 
+@pytest.mark.slow
 def test_minima_end_at_the_exact_roll_and_tell_their_error():
     rng = np.random.default_rng(3)
     refine = quick(roll_minima)

@@ -44,6 +44,7 @@ def off(q):
     return (Rotation.from_quat(np.asarray(q), scalar_first=True).inv() * TRUE).magnitude()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("missing", [(), (0,), (1,), (2,)])
 def test_exact_data_give_the_attitude(missing):
     found = solve(*measured(missing=missing))

@@ -109,6 +109,7 @@ def attitude_rms_deg(result) -> float:
     return float(np.degrees(np.sqrt(np.mean((2.0 * np.arccos(np.minimum(overlap, 1.0))) ** 2))))
 
 
+@pytest.mark.slow
 def test_limb_angles_improve_the_attitude_and_its_sigmas(without, with_limb):
     assert with_limb.status == without.status == "converged"
     assert attitude_rms_deg(with_limb) < 0.8 * attitude_rms_deg(without)
@@ -159,6 +160,7 @@ def test_some_angles_are_enough(limited, without):
     assert np.all(np.sum(result.attitude_sigma_deg**2, axis=1) < np.sum(without.attitude_sigma_deg**2, axis=1))
 
 
+@pytest.mark.slow
 def test_no_angle_in_the_arc_is_bad_input(limited):
     with pytest.raises(InputError, match="limb angles: none is measured from the first sunlit sample on, t = 0 s"):
         limited.fit(np.full((71, 2), np.nan))
@@ -168,6 +170,7 @@ def test_no_angle_in_the_arc_is_bad_input(limited):
         FitSettings(limb_weight=-1.0)
 
 
+@pytest.mark.slow
 def test_jacobians_are_central_differences(limited):
     """All eight channels over the first samples, by the state and a parameter that limb angles do not feel."""
     count = 6
@@ -224,6 +227,7 @@ def test_residuals_by_hand(from_nadir, turn, measured, expected):
     np.testing.assert_allclose(residual_deg(looking(from_nadir, turn), measured), expected, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("from_nadir", [0.0, 180.0, 1e-9])
 def test_slopes_are_finite_where_there_is_no_turn(from_nadir):
     q = jnp.asarray(looking(from_nadir, 40.0).as_quat(scalar_first=True))[None]
@@ -235,6 +239,7 @@ def test_slopes_are_finite_where_there_is_no_turn(from_nadir):
     assert np.all(np.isfinite(residual)) and np.all(np.abs(slope) < (1.0 + np.pi) / 0.01)
 
 
+@pytest.mark.slow
 def test_what_is_wrong_with_currents_is_nothing_to_limb_angles():
     """A sample under the ceiling of the mixture: its currents lose their weight, its limb angles keep it."""
     residual = np.zeros((2, 8))

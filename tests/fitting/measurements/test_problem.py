@@ -71,6 +71,7 @@ def rotation(q) -> Rotation:
     return Rotation.from_quat(np.asarray(q)[..., [1, 2, 3, 0]])
 
 
+@pytest.mark.slow
 def test_jacobians_are_central_differences(arc, blocks):
     """Steps of 1e-5 of residuals near 100 sigma: the difference knows about 1e-8 / 1e-5 of rounding and h^2 = 1e-10."""
     prediction, jacobian = arc.predict(blocks=blocks)

@@ -37,6 +37,7 @@ def states(orbit: KeplerOrbit, t: np.ndarray = TIMES) -> tuple[np.ndarray, np.nd
     return np.array(position), np.array(velocity)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", SESSIONS, ids=lambda path: path.stem)
 def test_elements_are_the_true_ones_within_their_sigma(path):
     session, true = clean(read_raw_sun(path)), true_elements(path)

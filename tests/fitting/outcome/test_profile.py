@@ -100,6 +100,7 @@ def test_interval_that_is_not_reached_is_open_or_ends_at_a_wall():
     assert interval(v, rise, 2, Z_95, (True, True)) == (-1.0, pytest.approx(1.959964))
 
 
+@pytest.mark.slow
 def test_unknown_and_fixed_parameters_have_no_profile(minimum):
     with pytest.raises(InputError, match="unknown parameter 'mass'; expected a single name such as attitude.x,"):
         minimum.profile("mass")

@@ -123,6 +123,7 @@ def test_values_without_gauge_are_nominal_plus_shift_times_prior():
         np.testing.assert_allclose(values_of(parameters, x), expected, rtol=1e-14, atol=1e-17)
 
 
+@pytest.mark.slow
 def test_gauges_hold_the_magnet_and_the_mean_gain_and_nothing_else():
     parameters = some(EVERYTHING)
     assert parameters.gauged
@@ -174,6 +175,7 @@ def test_a_dipole_by_its_angles_keeps_its_length():
     assert not parameters.gauged and some(f"{POLAR},inertia").gauged and not some("magnet.azimuth,inertia").gauged
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("magnet", [[0.0, 0.0, 0.3], [0.0, 0.0, 0.0], [0.01, 0.0, -0.3]])
 def test_no_angles_of_a_dipole_along_z_or_of_none(magnet):
     nominal = dataclasses.replace(NOMINAL, magnet=np.array(magnet))
@@ -183,6 +185,7 @@ def test_no_angles_of_a_dipole_along_z_or_of_none(magnet):
     assert np.all(np.isfinite(named_and_slopes(plain, jnp.zeros(3))[1]))
 
 
+@pytest.mark.slow
 def test_derivatives_of_every_map_are_those_of_differences():
     for free in (f"{EVERYTHING},tilts", f"{POLAR},rods,inertia,gains,imax,albedo"):
         parameters = some(free)
@@ -264,6 +267,7 @@ def test_azimuths_meet_across_the_half_turn():
     assert parameters.shifts(values)[0] == pytest.approx(2.0 * 0.001 / 0.3 / (0.05 / 0.3), rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_gauged_modulus_has_no_slope():
     parameters = some(f"{POLAR},inertia,rods")
     slopes = np.asarray(named_and_slopes(parameters, jnp.full(len(parameters.free), 0.3))[1])

@@ -76,6 +76,7 @@ def angle(a, b):
     return 2.0 * np.arccos(min(abs(a.reference @ b.reference), 1.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["lbfgs", "adam"])
 @pytest.mark.parametrize("scale", [PLAIN, ROBUST])
 def test_minimum_is_that_of_levenberg_marquardt(arc, name, scale):

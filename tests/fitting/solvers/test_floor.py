@@ -16,6 +16,7 @@ LIMIT = 0.25
 at_floor, normal_equations = jax.jit(censored.at_floor), jax.jit(least_squares.normal_equations)
 
 
+@pytest.mark.slow
 def test_loss_is_that_of_a_censored_reading():
     u = np.array([1.0, 2.0, 5.0, 40.0, 500.0])
     loss, half_slope, _ = (np.asarray(a) for a in at_floor(jnp.asarray(u), jnp.full(5, LIMIT)))
@@ -26,6 +27,7 @@ def test_loss_is_that_of_a_censored_reading():
     np.testing.assert_allclose(half_slope, np.exp(norm.logpdf(u - LIMIT) - norm.logcdf(LIMIT - u)), rtol=0.02)
 
 
+@pytest.mark.slow
 def test_slopes_and_curvature():
     u = jnp.asarray([0.0, 1e-3, 0.1, 0.3, 1.0, 3.0, 30.0])
     floor = jnp.full(7, LIMIT)
@@ -42,6 +44,7 @@ def test_slopes_and_curvature():
     assert np.all(np.asarray(half_curvature) > 0.0)
 
 
+@pytest.mark.slow
 def test_other_readings_are_plain_and_nothing_overflows():
     r = jnp.asarray([-3.0, 0.0, 0.5, 1e4])
     loss, half_slope, half_curvature = at_floor(r, jnp.full(4, NO_FLOOR))
@@ -54,6 +57,7 @@ def test_other_readings_are_plain_and_nothing_overflows():
     assert np.all(np.isfinite(slopes))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("light", [1.0, 2.0, 3.0])
 def test_faint_light_is_not_made_brighter(light):
     """A brightness common to many readings, rounded and cut at zero, by the normal equations; all in mA."""

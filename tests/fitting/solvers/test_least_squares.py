@@ -40,6 +40,7 @@ def test_robust_loss_is_pseudo_huber():
     np.testing.assert_allclose(robust_loss(square, jnp.asarray(1e9)), r**2, rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [0.5, 3.0, 1e4])
 def test_gradient_is_the_derivative_of_the_cost(scale):
     """Of the pseudo-Huber loss over all magnitudes, of readings at the floor and above, and of the mixture."""
@@ -114,6 +115,7 @@ def quadratic():
 NOWHERE = (np.full(6, -np.inf), np.full(6, np.inf))
 
 
+@pytest.mark.slow
 def test_undamped_step_is_newtons(quadratic):
     hessian, gradient = quadratic
     expected = -np.linalg.solve(hessian, gradient)
@@ -185,6 +187,7 @@ def error_deg(session, points, k=0):
     return np.degrees(2.0 * np.arccos(np.minimum(overlap, 1.0)))
 
 
+@pytest.mark.slow
 def test_solver_reaches_the_minimum_beside_the_truth(session):
     # 2 deg and 5e-5 rad/s off: several times the width of the linear range over 4480 s.
     x = session.x + np.array([0.03, -0.02, 0.01, 3e-3, -2e-3, 1e-3])

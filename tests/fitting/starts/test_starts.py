@@ -31,6 +31,7 @@ def test_weaker_panel_of_a_pair_is_light_of_the_earth():
     np.testing.assert_allclose(found, unit(np.array([0.1, -0.2, 0.0])), atol=1e-15)
 
 
+@pytest.mark.slow
 def test_random_starts_are_spread_evenly_under_the_sun():
     sun_body, sun_eci = unit(RNG.normal(size=(2, 3)))
     currents = jnp.asarray(0.24 * np.maximum(NORMALS @ sun_body, 0.0))

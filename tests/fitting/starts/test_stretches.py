@@ -39,6 +39,7 @@ def test_lost_samples_are_no_shadow():
     assert longest_stretch(t, lit) == 0
 
 
+@pytest.mark.slow
 def test_the_true_motion_is_carried_back_to_its_start():
     """From the truth of another program at a sample after the shadow to that at the first one."""
     samples = prepare_session(read_telemetry(SESSION)).observations()

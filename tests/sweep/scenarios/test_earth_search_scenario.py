@@ -28,6 +28,7 @@ def test_wrong_options_are_named(given, field):
         make(given)
 
 
+@pytest.mark.slow
 def test_a_capture_counts_once_it_has_lasted():
     """Tracking at the nadir from 40 s on: not yet held after 50 s, held after 60."""
     q, up = np.array([[1.0, 0.0, 0.0, 0.0]]), np.array([[0.0, 0.0, -1.0]])

@@ -9,6 +9,7 @@ from jaxsat.sweep.scenarios import emergency_mode
 OPTIONS = {"orbits": "2", "max_error_deg": "15", "inertia": "0.05"}
 
 
+@pytest.mark.slow
 def test_cases_and_their_histories():
     scenario = emergency_mode.make(OPTIONS)
     assert scenario.history is not None

@@ -25,6 +25,7 @@ def motion() -> Motion:
     return gravity_gradient.motions(1, CASES, tilt=math.radians(15.0), rate=math.radians(0.04), orbits=1.0)
 
 
+@pytest.mark.slow
 def test_motion_is_that_of_independent_equations(motion):
     """Euler's equation in the frame of the orbit, by SciPy, from the same initial states."""
     J = np.diag(MOMENTS)
