@@ -4,11 +4,15 @@ import atexit
 import gc
 import os
 import shutil
+import signal
 import tempfile
 from importlib.metadata import version
 from pathlib import Path
 
 os.environ.setdefault("MPLBACKEND", "Agg")
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    # In the background of a shell Ctrl-C is ignored, and so it would be by the commands that tests interrupt.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 if "JAX_COMPILATION_CACHE_DIR" not in os.environ:
     # Set before the workers and the commands under test start, so that they find here what another one has compiled.
     os.environ["JAX_COMPILATION_CACHE_DIR"] = tempfile.mkdtemp(prefix="jaxsat-tests-")
