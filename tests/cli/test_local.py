@@ -87,6 +87,7 @@ def test_turn_about_the_field_from_the_published_position():
     assert Path("out/turn.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "status", "expected"),
     [
@@ -121,6 +122,7 @@ def test_mistakes_are_one_line_and_leave_nothing(arguments, status, expected, ca
     assert sorted(p.name for p in Path().iterdir()) == ["bad.RAW_SUN", "good.RAW_SUN"]
 
 
+@pytest.mark.slow
 def test_a_session_without_any_attitude_has_status_3(capsys):
     # Three panels are lit at most: the Earth's light is off there.
     arguments = ["--arc", "4150", "4480", "--drop", "4280", "4290", "--no-plots", "--out", "out"]

@@ -68,6 +68,7 @@ def test_the_session_is_that_of_another_program(session):
     np.testing.assert_array_equal(np.asarray(ours.illumination) > 0.5, theirs["lit"])
 
 
+@pytest.mark.slow
 def test_the_charge_current_is_limited_in_its_interval_alone(session):
     clean_mA, t = 1e3 * np.asarray(session.truth.current), session.truth.t
     within = (t >= 2000) & (t <= 2500)

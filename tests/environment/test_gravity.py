@@ -100,6 +100,7 @@ def test_without_the_central_term_the_perturbation_is_left():
     np.testing.assert_allclose(evaluate(perturbation, point), whole - centre, rtol=0, atol=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [2, 20])
 @pytest.mark.parametrize("point", POINTS)
 def test_gradient_is_symmetric_traceless_and_the_difference(point, degree):
@@ -124,6 +125,7 @@ def test_acceleration_is_the_slope_of_the_potential():
         np.testing.assert_allclose(slope(field, jnp.asarray(point)), acceleration, rtol=0, atol=1e-14 * scale)
 
 
+@pytest.mark.slow
 def test_coefficients_and_constants_may_be_fitted():
     field, point = egm2008(3), jnp.asarray(POINTS[4])
     slope = eqx.filter_jit(jax.jacfwd(lambda f: f(point)))(field)
@@ -139,6 +141,7 @@ def test_coefficients_and_constants_may_be_fitted():
     assert not np.any(slope.sine[..., 0]) and not np.any(np.triu(slope.cosine, 1)) and np.all(slope.cosine[:, 3, 0])
 
 
+@pytest.mark.slow
 def test_single_precision_stays_single():
     """Within 1e-6 of gravity: a rounding of 6e-8 in position counts twice and more, the sums add as much."""
     field = egm2008(20)

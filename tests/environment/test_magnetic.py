@@ -166,6 +166,7 @@ def test_reverse_mode_at_the_pole(field):
     )
 
 
+@pytest.mark.slow
 def test_field_is_linear_in_its_coefficients():
     field, point = igrf_field(2001.0), jnp.asarray(POINTS[3])
     gradient = eqx.filter_jit(jax.jacrev(lambda f: f(point)))(field)

@@ -139,6 +139,7 @@ def test_penumbra_gradient_against_differences(distance):
         np.testing.assert_allclose(gradient[3:], numeric[3:], atol=1e-5 * np.abs(numeric[3:]).max())
 
 
+@pytest.mark.slow
 def test_batches_forward_mode_and_single_precision():
     positions = jnp.stack([behind(a) for a in (0.0, 1.14, 1.1428, 1.146, 2.0)])
     forward = jax.jit(jax.vmap(jax.jacfwd(ConeShadow()), (0, None)))(positions, jnp.asarray(SUN))

@@ -86,6 +86,7 @@ def test_derivative_of_the_series(centuries):
     np.testing.assert_allclose(reverse(t), slope, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_state_is_position_and_its_rate():
     sun = Sun(MUNIN.tt_centuries())
     (place, velocity), step = state(sun, jnp.asarray(1e5)), HOUR[1]

@@ -29,6 +29,7 @@ FIELD = igrf_field(EPOCH.decimal_year())
 SUN = jnp.asarray(apparent_sun(EPOCH, np.asarray(TIMES))[0])
 
 
+@pytest.mark.slow
 def test_greenwich_angle_advances_as_sidereal_time_does():
     later = EPOCH.shifted(4500.0)
     table = jax.jit(tabulate_orbit)(ORBIT, TIMES, FIELD, greenwich_angle(EPOCH))
@@ -40,6 +41,7 @@ def test_greenwich_angle_advances_as_sidereal_time_does():
     np.testing.assert_allclose(table.b_field_eci[-1], expected, rtol=1e-7)
 
 
+@pytest.mark.slow
 def test_rows_of_light():
     table = jax.jit(tabulate_light)(ORBIT, TIMES, SUN)
     assert table.diffuse_direction_eci.shape == (*table.diffuse_weight.shape, 3) == (19, 200, 3)
@@ -82,6 +84,7 @@ def test_entries_that_are_not_asked_for_are_absent():
         tabulate_orbit(ORBIT, TIMES, FIELD, 3.3376, shadow=ConeShadow())
 
 
+@pytest.mark.slow
 def test_rate_of_the_field_along_the_orbit():
     """The field moves by the flight through it and by the turn of the Earth: the difference along the table."""
     h = 1.0

@@ -72,6 +72,7 @@ def nearest_deg(found, sun):
 PATTERNS = [(1, 1, 1, 1), (0, 1, 1, 1), (1, 1, 1, 0), (0, 0, 1, 1), (0, 1, 0, 1), (1, 1, 0, 0), (0, 0, 0, 1)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("alive", PATTERNS)
 def test_the_truth_is_always_among_them(alive):
     """To 1e-6 deg, with any faces dead; where only one is lit the component across it, or azimuth, is given."""
@@ -260,6 +261,7 @@ def test_currents_in_amperes():
     np.testing.assert_allclose(found.direction, expected.direction, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_replayed_over_cases():
     sun = random_suns(200, 10)
     i, alive = jnp.asarray(forward(sun)), jnp.asarray([True, True, False, True])

@@ -102,6 +102,7 @@ def test_fewer_are_off_by_a_degree(rate_deg_s, noise, allowed, tracker):
         assert 0.9 < np.mean(error[right] < 1.85 * sigma[right]) < 0.985
 
 
+@pytest.mark.slow
 def test_a_dead_face_costs_less():
     error, followed_error, _ = results((0.1, 0.5), 0.002, 4, dead=CASES)
     assert np.mean(error > np.radians(1.0)) < 0.6 * np.mean(followed_error > np.radians(1.0))
@@ -146,6 +147,7 @@ def test_correction_is_the_textbook_one(angle_deg):
     assert float(after.direction[0] @ after.beside[0]) == pytest.approx(0.0, abs=1e-14)
 
 
+@pytest.mark.slow
 def test_nothing_is_learnt_in_the_dark_but_that_time_goes_by():
     belief = one_hypothesis(direction(100.0, 20.0), spread=0.0)
     dark = Candidates(jnp.eye(3), jnp.zeros(3, bool), jnp.asarray(0))
@@ -165,6 +167,7 @@ def test_nothing_is_learnt_in_the_dark_but_that_time_goes_by():
     assert not bool(blank_filter().known())
 
 
+@pytest.mark.slow
 def test_a_jump_is_found_out_and_a_dark_face_speaks():
     """The Sun jumps: all begin anew. A face that should be lit and is dark pushes the belief to its edge alone."""
     sigma = np.full(4, 2e-3)

@@ -31,6 +31,7 @@ def test_the_axes_hold_field_and_sun():
     assert sun[1] > 0.0 and abs(sun[2]) < 1e-15
 
 
+@pytest.mark.slow
 def test_the_angles_say_where_the_axes_point():
     rng = np.random.default_rng(0)
     angles = np.column_stack([rng.uniform(0, np.pi, 200), rng.uniform(-np.pi, np.pi, (200, 2))])
@@ -52,6 +53,7 @@ def test_a_turn_about_body_x_is_roll_alone():
     np.testing.assert_allclose(angles_at(q, B, SUN), [0.2, 1.0, 0.3], atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sun", [SUN, 3.0 * B, -B])
 @pytest.mark.parametrize(("deviation", "kept"), [(0.0, 2), (np.pi, 1)])
 def test_singular_points_are_finite(deviation, kept, sun):

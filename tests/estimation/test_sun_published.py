@@ -222,6 +222,7 @@ def test_against_a_search_over_all_directions():
     assert np.bincount(np.count_nonzero(i, axis=1), minlength=5)[1:].min() >= 1
 
 
+@pytest.mark.slow
 def test_slopes():
     """Where it is exact the Sun's own direction comes back; elsewhere differences agree; on edges all is finite."""
     exact = direction(

@@ -76,6 +76,7 @@ def test_random_motions(rate_deg_s, seed, gain):
     assert np.mean(apart_deg(best, suns)[later & (lit == 0)] > 1.0) < 0.06
 
 
+@pytest.mark.slow
 def test_nothing_is_forgotten_out_of_view():
     """Around the axis's own cross axis: half of each turn is dark, and the Sun is where it was left."""
     turn = np.broadcast_to(np.radians([0.0, 1.0, 0.8]), (CASES, 3))

@@ -147,6 +147,7 @@ def limited():
     return case, case.fit()
 
 
+@pytest.mark.slow
 def test_limited_currents_are_found_with_everything_free(limited):
     case, result = limited
     assert result.status == "converged"
@@ -157,6 +158,7 @@ def test_limited_currents_are_found_with_everything_free(limited):
     assert case.attitude_rms_deg(result) <= 1.5
 
 
+@pytest.mark.slow
 def test_parameters_are_within_their_sigmas_of_the_truth(limited):
     case, result = limited
     true, inertia = case.truth["cfg"], np.array(case.truth["cfg"]["inertia"])
@@ -181,6 +183,7 @@ def test_parameters_are_within_their_sigmas_of_the_truth(limited):
     assert not table["gains.+x"].free
 
 
+@pytest.mark.slow
 def test_tumbling_session_is_found_blind():
     case = Case("e", EVERYTHING)
     result = case.fit()

@@ -80,6 +80,7 @@ def test_program_outlives_its_process(tmp_path):
     assert not [path for path in tmp_path.iterdir() if path.name.startswith("tmp")], "nothing half-written stays"
 
 
+@pytest.mark.slow
 def test_a_directory_that_is_gone_costs_the_file_and_no_more(tmp_path):
     traced, results = process(tmp_path / "missing", 5)
     assert traced == 1 and len(results) == 2 and not programs(tmp_path / "missing")

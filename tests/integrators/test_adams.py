@@ -127,6 +127,7 @@ def errors(states, times, start=0.0):
     return np.array(jax.tree.leaves(differences))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("direction", [1.0, -1.0], ids=["forward", "backward"])
 def test_order_by_halving(direction):
     start, duration, found = 0.2, 3.0 * direction, []
@@ -254,6 +255,7 @@ def test_counted_steps_are_the_same(count):
 
 
 # y is linear in its start, and d y(T) / d(log growth at all times) = y(T) sin(T).
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["forward", "forward, counted", "reverse"])
 def test_derivatives(way):
     count = jnp.asarray(58) if "counted" in way else None
@@ -274,6 +276,7 @@ def test_batches():
     np.testing.assert_allclose(found, scales[:, None] * WHOLE[0], rtol=64 * EPS)
 
 
+@pytest.mark.slow
 def test_cases_in_the_last_axis():
     """Arrays as a state: each case moves by itself."""
     scales = np.array([1.0, -2.0, 0.5])

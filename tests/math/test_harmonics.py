@@ -52,6 +52,7 @@ def sums_by_scipy(points, coefficients):
     return total
 
 
+@pytest.mark.slow
 def test_every_harmonic_to_degree_21():
     orders, degrees = np.meshgrid(np.arange(SIZE), np.arange(SIZE))
     below = orders <= degrees

@@ -117,6 +117,7 @@ def error(tableau, times, start):
     return max(jax.tree.leaves(jax.tree.map(lambda x, y: np.abs(np.asarray(x) - y).max(), found, expected)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("direction", [1.0, -1.0], ids=["forward", "backward"])
 @pytest.mark.parametrize(("tableau", "steps"), [(RK4, 16), (DORMAND_PRINCE_8, 4)], ids=["RK4", "DP8"])
 def test_order_by_halving(tableau, steps, direction):

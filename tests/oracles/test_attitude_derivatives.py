@@ -19,6 +19,8 @@ from jaxsat.math import quaternion
 from jaxsat.simulate import simulate_on_grid
 from jaxsat.spacecraft import MagneticRods, SolarPanels, Spacecraft, box_normals, symmetric_tensor
 
+pytestmark = pytest.mark.slow
+
 MU, REFERENCE, DURATION = 3.986004415e14, 3.0e-5, 400.0
 AXES = np.array([[0.0, 1.0, 0.0], [0.0, 0.28, 0.96]])
 
@@ -157,7 +159,6 @@ def found(way, point):
     return np.asarray(jacobian(WAYS[way], jnp.asarray(q), jnp.asarray(np.array(w))))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("point", POINTS)
 @pytest.mark.parametrize("way", WAYS)
 def test_derivatives_by_complex_step(way, point):

@@ -137,6 +137,7 @@ def test_free_tumbling(name):
     assert np.all(np.ptp(rates(times), axis=0) > 0.1 * np.linalg.norm(w0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [0.06, 1e-4], ids=["24 minutes", "10 days"])
 @pytest.mark.parametrize("axial", [0.03, 0.09], ids=["prolate", "oblate"])
 def test_free_precession_of_a_symmetric_body(axial, rate):

@@ -213,6 +213,7 @@ def spin(rods, rate, turns):
     return jnp.concatenate([initial.angular_velocity[None], rates])[:: 4 * STEPS]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("q0", [0.0, 0.1])
 def test_spinning_satellite_loses_the_loop_area_a_turn(q0):
     rates = np.asarray(spin(rods_of(*SLENDER, q0, volume=VOLUME), jnp.asarray(0.05), jnp.zeros(9)))
@@ -246,6 +247,7 @@ def test_slopes_of_a_damped_spin_against_differences():
     np.testing.assert_allclose(found, difference, atol=1e-6 * np.abs(difference[:6]).max())
 
 
+@pytest.mark.slow
 def test_slopes_of_the_induction_in_reverse_against_differences():
     """Of B a third of a cycle after the third turn, by Hc, Br, Bs, q0, p, the amplitude and the initial induction."""
     scale = np.array([*SLENDER, 0.1, 2.5, 25.0, 0.001])

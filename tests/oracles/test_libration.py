@@ -135,6 +135,7 @@ def frequencies_of(moments):
     return np.sqrt(np.array([3.0 * (along - down) / minus_normal, *np.sort(squares)[::-1]]))
 
 
+@pytest.mark.slow
 def test_published_frequencies_by_the_monodromy():
     np.testing.assert_allclose(frequencies_of(SATELLITE), list(PUBLISHED.values()), rtol=0, atol=5e-7)
     found = np.linalg.eigvals(np.asarray(monodromy(craft_with(SATELLITE))))
@@ -178,6 +179,7 @@ def test_published_frequencies_by_five_orbits():
     np.testing.assert_allclose(frequencies(yaw, h, 2), expected[1:], rtol=2e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("amplitude", [0.1, 0.5, 1.0])
 def test_large_pitch_libration_is_a_pendulum_at_twice_the_angle(amplitude):
     """theta'' = -(w^2/2) sin 2 theta, so sin theta = k sn(w t + K, k) with k the sine of the amplitude."""

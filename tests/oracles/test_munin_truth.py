@@ -98,6 +98,7 @@ def test_motion(name, sessions):
     np.testing.assert_allclose(angle_to_field_deg(motion.quaternion, b_field), truth.theta, rtol=0, atol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SESSIONS)
 def test_earth_sun_and_shadow(name, sessions):
     truth = sessions[name]
@@ -137,6 +138,7 @@ def diffuse_share(position, sun, normals_eci, n=250):
     return np.maximum(normals_eci @ (line / rho[:, None]).T, 0) @ weight
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DIFFUSE)
 def test_currents_of_diffuse_light(name, sessions):
     """The sessions' own quadrature misses up to 3.6 mA where the terminator is seen; there a sum over cells judges."""

@@ -74,6 +74,7 @@ def slopes(q):
     return tuple(mode(turned_angles)(jnp.zeros(3), q) for mode in (jax.jacfwd, jax.jacrev))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("off_pole_deg", [90.0, 20.0, 1.0, 1e-3])
 def test_slopes_are_central_differences(off_pole_deg):
     """Also near the pole, where the turn's slope grows as 1 / sin and the difference needs a step far below it."""

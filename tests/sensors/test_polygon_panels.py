@@ -112,6 +112,7 @@ def test_gradients_against_differences(alpha):
         assert float(jnp.sum(gradients[k] * along)) == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=3e-6)
 
 
+@pytest.mark.slow
 def test_dark_sides_and_the_terminator_are_exact_zeros_with_finite_gradients():
     for alpha in (0.0, 123.5, 180.0):
         value, gradients = total(Q, jnp.asarray(at(alpha)), jnp.asarray(SUN))

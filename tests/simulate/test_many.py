@@ -111,6 +111,7 @@ def test_a_case_moves_as_it_does_alone(whole):
     assert apart(alone.quaternion, whole.quaternion[2]).max() < 1e-10
 
 
+@pytest.mark.slow
 def test_given_step_is_taken_unchecked(whole):
     assert whole.error is None
     # By the order, (3 / 1)^10 times the error with 1 s.

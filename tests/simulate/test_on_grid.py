@@ -116,6 +116,7 @@ def test_order_eight_meets_order_four():
     assert errors[0] > 100 * errors[1]
 
 
+@pytest.mark.slow
 def test_grid_of_another_method_is_refused():
     """A grid for order eight has ten inner nodes a step: order four would read its table at wrong times."""
     grid, table = laid([200.0, 400.0], max_step=50.0, pad_steps=16, tableau=DORMAND_PRINCE_8)

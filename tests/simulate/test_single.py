@@ -87,6 +87,7 @@ def test_tolerance_is_held_and_the_error_stated(tableau, tolerance, fine):
     np.testing.assert_allclose(motion.angular_velocity, fine.angular_velocity, atol=0.1 * motion.error + 1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("tableau", "times", "torque"),
     [(None, np.array([5.0, 10.0, 20.0]), 3e-3), (DORMAND_PRINCE_8, np.linspace(0.2, 6.0, 30), 0.1)],
@@ -107,6 +108,7 @@ def test_motion_that_its_start_says_nothing_of(tableau, times, torque):
     assert (found.inv() * expected).magnitude().max() <= stated(motion)[0] + 1e-12 <= 1.1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("times", "start"),
     [
@@ -128,6 +130,7 @@ def test_any_times(times, start):
         np.testing.assert_array_equal(motion.quaternion[k], motion.quaternion[k + 1])
 
 
+@pytest.mark.slow
 def test_one_time_and_no_time_at_all(fine):
     """A single sample, and samples at the start, which cost no steps."""
     alone = simulate(CRAFT, START, surroundings, TIMES[2:], tolerance=1e-3, tableau=RK4)

@@ -157,6 +157,7 @@ values = jax.jit(jax.vmap(changed, (0, None)))
 
 
 # The last two have faces of the box exactly edge-on.
+@pytest.mark.slow
 @pytest.mark.parametrize("direction", [(0.5, -0.7, 0.4), (0.6, 0.8, 0.0), (0.0, 0.0, -1.0)])
 def test_slopes_against_differences(direction):
     """Edge-on the force has a corner: there the slope is half of the windward one, as that of a central difference."""

@@ -66,6 +66,7 @@ def test_what_is_there_has_its_torque():
     assert kinds(BARE, WINDY) == [GravityGradient]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("point", [POINT, WINDY], ids=["field", "air and Sun too"])
 def test_by_default_these_act(point):
     """A hysteresis satellite's default: bit for bit what the same torques give when they are named, its lag too."""
@@ -134,6 +135,7 @@ def in_the_wind(times):
 TIMES = np.array([40.0, 95.0, 150.0])
 
 
+@pytest.mark.slow
 def test_a_part_of_ones_own_moves_the_satellite():
     """A leak along a principal axis from rest: the turn is a t^2 / 2, alone and in a fleet of different leaks."""
     principal = jnp.diag(jnp.asarray([0.05, 0.055, 0.06]))
@@ -154,6 +156,7 @@ def test_a_part_of_ones_own_moves_the_satellite():
     np.testing.assert_allclose(turn, expected, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_air_acts_on_a_surface_where_there_is_some():
     """And what has kinks is not left to the method for smooth motions."""
     craft = Spacecraft(INERTIA, facets=FULL.facets)

@@ -159,6 +159,7 @@ values = jax.jit(jax.vmap(changed, (0, None)))
 
 
 # The last two have the Sun exactly on the horizon of faces of the box.
+@pytest.mark.slow
 @pytest.mark.parametrize("sun", [(0.5, -0.7, 0.4), (0.6, 0.8, 0.0), (0.0, 0.0, -1.0)])
 def test_slopes_against_differences(sun):
     """On the horizon the force has a corner: there the slope is half of the lit one, as that of a difference."""

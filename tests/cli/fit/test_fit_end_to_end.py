@@ -14,6 +14,8 @@ import pytest
 from jaxsat.bundled import BUNDLED
 from jaxsat.cli.main import run
 
+pytestmark = pytest.mark.slow
+
 SESSION = BUNDLED.with_name("a-nominal-exact.RAW_SUN")
 FIT = ["--free", "state", "--starts", "64", "--seed", "0"]
 FILES = [
@@ -60,7 +62,6 @@ def attitude_error_deg(attitude) -> np.ndarray:
     return np.degrees(2.0 * np.arccos(np.minimum(overlap, 1.0)))
 
 
-@pytest.mark.slow
 def test_every_promised_file_is_there_and_no_other(fitted):
     path, out = fitted
     assert sorted(entry.name for entry in out.iterdir()) == FILES
@@ -133,7 +134,6 @@ def test_many_files_with_one_bad(fitted, tmp_path, capsys):
     assert sorted(entry.name for entry in (out / "night 7").iterdir()) == [n for n in FILES if n[-4:] != ".png"]
 
 
-@pytest.mark.slow
 def test_console_script_does_the_same(document, tmp_path):
     """The installed command in a process of its own: programs that went through the disk."""
     command = [str(Path(sys.executable).with_name("jaxsat")), "fit", str(SESSION), *FIT, "--no-plots"]
@@ -147,7 +147,6 @@ def test_console_script_does_the_same(document, tmp_path):
     assert list(Path(os.environ["JAX_COMPILATION_CACHE_DIR"]).glob("*.stablehlo"))
 
 
-@pytest.mark.slow
 def test_console_script_answers_bad_input_in_one_line(tmp_path):
     command = [str(Path(sys.executable).with_name("jaxsat")), "fit", "missing.RAW_SUN", "--out", "out"]
     environment = {**os.environ, "JAX_COMPILATION_CACHE_DIR": str(tmp_path / "xla")}

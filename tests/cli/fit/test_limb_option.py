@@ -48,6 +48,7 @@ def test_results_tell_of_the_limb_angles(fake_fit, capsys):
     assert any(warning in each for each in provenance["warnings"])
 
 
+@pytest.mark.slow
 def test_without_them_nothing_is_told(fake_fit, capsys):
     assert run(["fit", str(SESSION), "--out", "out", "--no-plots"]) == 0
     assert "limb" not in json.loads(Path("out/fit.json").read_text())

@@ -50,6 +50,7 @@ def asked(monkeypatch, fit_result):
     return calls
 
 
+@pytest.mark.slow
 def test_profiles_are_in_every_output(asked, capsys):
     assert run(["fit", "--profile", "imax", "--profile", "rods.y", "--out", "out"]) == 0
     assert asked == [("problem", "parameters", "refined", ("imax", "rods.y"), 1e15)]

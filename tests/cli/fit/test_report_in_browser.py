@@ -88,6 +88,7 @@ def picture(locator) -> np.ndarray:
     return imread(io.BytesIO(locator.screenshot()))[..., :3]
 
 
+@pytest.mark.slow
 def test_page_loads_in_silence_and_fetches_nothing(desktop, phone):
     for page in (desktop, phone):
         assert [line for line in page.heard if not line.endswith("/report.html")] == []
@@ -212,6 +213,7 @@ def test_a_phone_never_scrolls_sideways(phone):
     assert picture(phone.locator(".view").first).std() > 0.05
 
 
+@pytest.mark.slow
 def test_less_motion_is_samples_one_after_the_other(phone):
     phone.evaluate("window.jaxsat.seek(0)")
     phone.get_by_role("button", name="Play").click()

@@ -25,6 +25,7 @@ def fitted(fitted_run, tmp_path, monkeypatch) -> Path:
     return shutil.copytree(fitted_run, tmp_path / "run")
 
 
+@pytest.mark.slow
 def test_the_page_is_the_same_again(fitted, capsys):
     before = (fitted / "report.html").read_text()
     names = {entry.name for entry in fitted.iterdir()}

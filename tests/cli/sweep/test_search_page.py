@@ -33,6 +33,7 @@ def history():
     return SCENARIO.history(1, 5)
 
 
+@pytest.mark.slow
 def test_a_case_has_a_history_and_a_picture(history, tmp_path):
     columns = history.columns
     assert history.t_s[1] == 0.5 and columns["mode"].shape == (STEPS,)
@@ -76,6 +77,7 @@ def opened(chromium, path, width, **options):
     return page
 
 
+@pytest.mark.slow
 @driven
 @pytest.mark.parametrize(("width", "scheme"), [(1100, "light"), (360, "dark")])
 def test_the_page_shows_the_search_as_it_goes(chromium, file, width, scheme):

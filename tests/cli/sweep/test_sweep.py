@@ -146,6 +146,7 @@ def test_without_a_scenario_all_are_listed(capsys):
         assert all(option.name in printed for option in factory(entry.address).options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_every_scenario_in_the_table_can_be_made(name):
     assert factory(address_of(name))({}).name == name
@@ -204,6 +205,7 @@ def test_interrupted_with_a_word_how_to_resume():
     assert said and int(said[1]) <= len(chunks("a dir")) <= int(said[1]) + 1 < 50
 
 
+@pytest.mark.slow
 def test_two_shards_at_once():
     settings = ["--cases", "100", "--seed", "5", "--set", "pause_s=0.01"]
     expected = whole(*settings)

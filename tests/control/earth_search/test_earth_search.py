@@ -307,6 +307,7 @@ def test_the_turn_of_a_step_is_that_of_the_rotation():
     np.testing.assert_allclose(found, expected, atol=1e-13)
 
 
+@pytest.mark.slow
 def test_the_orbit_is_circular_at_its_rate():
     case = draw_one()
     rate = math.sqrt(EARTH_MU / RADIUS**3)

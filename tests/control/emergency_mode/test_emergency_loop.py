@@ -142,6 +142,7 @@ def test_librations_have_the_frequencies_of_linear_theory(axis, expected):
     assert np.std(y - model(t, *found)) < 2e-3 * np.std(y)
 
 
+@pytest.mark.slow
 def test_gravity_gradient_restores():
     """The vertical axis comes back within a quarter of its period, and never goes farther than it was let go."""
     _, samples = drifted(start(5.0))

@@ -19,6 +19,7 @@ PERIODS = 400
 """Of `around`."""
 
 
+@pytest.mark.slow
 def test_the_node_moves_as_published(flight):
     """0.9889 deg/day in the paper; 0.985 to 0.989 by models of the field (NOTES, section 3), to 0.02."""
     r, v = (np.asarray(x) for x in (flight.orbit.position_eci, flight.orbit.velocity_eci))

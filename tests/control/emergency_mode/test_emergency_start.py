@@ -55,6 +55,7 @@ def test_the_start_is_eleven_degrees_off_and_turns_with_the_sun(flight, legs, si
     np.testing.assert_allclose(rate, [0.0, turned, 0.0], rtol=1e-3, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_no_start_nearer_than_the_plane_passes_the_pole(flight):
     with pytest.raises(ValueError, match=r"off_deg must be more than 6\.6\d deg, the nearest of the turn, got 5"):
         transition_start(flight, 5.0)
@@ -76,6 +77,7 @@ def test_slopes_against_differences():
         np.testing.assert_allclose(slopes[:, k], (ends[0] - ends[1]) / 2e-6, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_a_start_may_turn_with_the_orbit(around):
     spread = Dispersions(max_error_deg=40.0, max_rate_deg_s=0.002, orbital=True)
     draw = jax.jit(

@@ -109,6 +109,7 @@ def test_momentum_of_body_and_panels_is_kept_as_by_scipy():
     np.testing.assert_allclose(h1, h, atol=1e-9 * float(np.linalg.norm(h)))
 
 
+@pytest.mark.slow
 def test_panels_turned_one_way_turn_the_body_the_other():
     """From rest about z: by their inertia over that of all, and it stands still when they do."""
     around = empty(PanelSlew(-math.pi / 2, math.pi / 2, 0.0, 1600.0))

@@ -105,6 +105,7 @@ def test_a_case_is_the_same_alone_and_in_company():
     np.testing.assert_allclose(fewer.impulse[:19], final.impulse[5:], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_without_torque_energy_and_momentum_stay():
     vehicle = eqx.tree_at(lambda v: v.thrusters.torque, nominal_vehicle(), jnp.asarray(np.full(3, 1e-12)))
     start = perfect(draw(keys(24)), vehicle)

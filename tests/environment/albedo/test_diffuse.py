@@ -58,6 +58,7 @@ def test_plate_facing_nadir(height_km, expected):
         assert found == pytest.approx(value, abs=6e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("height_km, sun_deg", [(400, 20), (400, 88), (700, 70), (1791, 50), (1791, 100)])
 def test_panels_of_any_orientation(height_km, sun_deg):
     rng = np.random.default_rng(1)
@@ -87,6 +88,7 @@ def test_unit_directions_finite_gradients_and_darkness(sun_deg):
     assert all(np.all(np.isfinite(g)) for g in nadir_gradient(DiffuseAlbedo(reflectivity=GREY), position, sun, 0.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sun_deg", [10.0, 75.0, 95.0])
 @pytest.mark.parametrize("zones", [GREY, ZONES], ids=["grey", "zones"])
 def test_gradient_is_that_of_the_integral(sun_deg, zones):

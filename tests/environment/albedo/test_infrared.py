@@ -54,11 +54,13 @@ def test_the_field_has_the_published_correlation():
     np.testing.assert_allclose(covariances, np.exp(-np.array([0.5, 1.0, 2.0, 4.0])), atol=0.08)
 
 
+@pytest.mark.slow
 def test_a_seed_is_a_field():
     assert np.array_equal(random_brightness(3).table, random_brightness(3).table)
     assert np.std(random_brightness(3).table - random_brightness(4).table) > 1.0
 
 
+@pytest.mark.slow
 def test_slopes_are_those_of_finite_differences():
     field, ground = random_brightness(0), jnp.asarray(directions(20))
     along = jnp.asarray(directions(20, 5))

@@ -199,6 +199,7 @@ def test_no_current_within_33_degrees_of_the_zenith():
     assert found[0.3] > 0.0
 
 
+@pytest.mark.slow
 def test_gradient_against_differences_in_fifty_digits():
     position = at(85.0)
     corners = square(tilted(position, np.random.default_rng(1)), 0.2)
@@ -228,6 +229,7 @@ def test_value_and_gradient_are_finite(alpha):
     assert all(np.all(np.isfinite(x)) for x in leaves)
 
 
+@pytest.mark.slow
 def test_batches_and_forward_mode():
     positions = np.stack([at(a) for a in (30.0, 80.0, 150.0)])
     corners = square(-positions[0] / np.linalg.norm(positions[0]), 0.2)

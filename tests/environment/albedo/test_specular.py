@@ -116,6 +116,7 @@ def test_gradient_against_differences(alpha):
             np.testing.assert_allclose(jacobian[j][..., k], difference, atol=2e-13)
 
 
+@pytest.mark.slow
 def test_batches_forward_mode_and_single_precision():
     positions = jnp.stack([at(0.5), at(70.0), at(150.0)])
     found = jax.jit(jax.vmap(jax.jacfwd(SpecularAlbedo(R)), (0, None)))(positions, SUN)

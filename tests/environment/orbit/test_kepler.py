@@ -94,6 +94,7 @@ def test_elements_survive_the_round_trip(e, i_deg, argp_deg, mean_anomaly_deg):
         assert float(back.argument_of_perigee) == pytest.approx(float(orbit.argument_of_perigee), abs=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("e, i_deg", [(0.0, 50.0), (0.1, 0.0), (0.0, 0.0)])
 def test_undefined_angles_leave_the_state_and_gradients_finite(e, i_deg):
     orbit = orbit_from_elements_km_deg(a_km=7000, e=e, i_deg=i_deg, raan_deg=0, argp_deg=0, mean_anomaly_deg=30)

@@ -99,6 +99,7 @@ def test_single_precision_stays_single():
     np.testing.assert_allclose(position, circle(np.array([100.0, 1000.0]))[0], atol=3.0)
 
 
+@pytest.mark.slow
 def test_samples_of_another_orbit():
     orbit = orbit_from_elements_km_deg(a_km=384400, e=0.055, i_deg=25, raan_deg=1, argp_deg=9, mean_anomaly_deg=-5)
     sampled = sample_orbit(orbit, start=-100.0, stop=86400.0, step=3600.0)

@@ -80,6 +80,7 @@ def test_exact_currents_give_the_attitude_where_five_panels_are_lit(samples):
     assert {(found.status[k], found.reason[k]) for k in np.flatnonzero(few)} == {("unsolved", FEW_PANELS)}
 
 
+@pytest.mark.slow
 def test_no_light_gives_no_solutions(samples):
     dark = dataclasses.replace(samples, currents=np.zeros_like(samples.currents))
     assert not solve_five_parameters(dark).count.any()
@@ -113,6 +114,7 @@ def test_without_albedo_sun_and_magnetometers_are_exact(direct_only, missing):
     assert np.all((found.count[lit] == 2) == (np.array(found.status)[lit] == "ambiguous"))
 
 
+@pytest.mark.slow
 def test_albedo_moves_the_sun_and_a_sun_across_x_leaves_its_sign(samples):
     field_body = field_in_body(samples, [0])
     found = solve_sun_field(samples, field_body, **SIGMAS)

@@ -56,6 +56,7 @@ def test_exact_data_give_the_attitude(missing):
     assert (off(found.quaternion[1]) > 0.1) == bool(missing)
 
 
+@pytest.mark.slow
 def test_a_sun_across_the_missing_axis_leaves_both_signs():
     x_eci = TRUE.apply([1.0, 0.0, 0.0])
     sun = np.cross(x_eci, FIELD)

@@ -91,6 +91,7 @@ def test_panels_are_sinusoids_of_the_turn():
     np.testing.assert_allclose(squares, squares_there, rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_a_turned_sample_keeps_its_axis_and_shows_the_field():
     field, sun_body = 3e-5 * units(), units()
     angles = jnp.radians(jnp.arange(0.0, 360.0, 45.0))
@@ -107,6 +108,7 @@ def test_a_turned_sample_keeps_its_axis_and_shows_the_field():
     assert lit.any()
 
 
+@pytest.mark.slow
 def test_slopes_against_differences():
     along = RNG.normal(size=3)
 

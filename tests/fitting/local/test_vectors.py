@@ -72,6 +72,7 @@ def test_triad_keeps_the_first_direction():
     assert found.apply(body[1]) @ eci[1] > 0.8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle_deg", [90.0, 45.0, 5.0])
 @pytest.mark.parametrize("method", SLOPES)
 def test_slopes_against_differences(method, angle_deg):

@@ -120,6 +120,7 @@ def test_limb_angles_improve_the_attitude_and_its_sigmas(without, with_limb):
     assert without.limb_samples == 0 and without.limb_rms_deg is None and "limb" not in without.message
 
 
+@pytest.mark.slow
 def test_chi2_counts_both_channels_and_the_rms_the_currents(without, with_limb):
     limb_chi2 = 142 * (with_limb.limb_rms_deg / NOISE_DEG) ** 2
     noise = np.hypot(2.0, 1.0 / np.sqrt(12.0))
@@ -131,6 +132,7 @@ def test_chi2_counts_both_channels_and_the_rms_the_currents(without, with_limb):
     assert with_limb.residual_rms_mA == pytest.approx(without.residual_rms_mA, rel=0.05)
 
 
+@pytest.mark.slow
 def test_limited_samples_lose_their_currents_only(without, with_limb):
     """Eight samples left out as limited, and all 71 with their limb angles."""
     np.testing.assert_array_equal(with_limb.limited, without.limited)
@@ -138,6 +140,7 @@ def test_limited_samples_lose_their_currents_only(without, with_limb):
     assert with_limb.weight.shape == (71, 6)
 
 
+@pytest.mark.slow
 def test_weight_zero_is_a_fit_without(limited, without):
     result = limited.fit(noisy_limb_angles(), limb_weight=0.0)
     for field in dataclasses.fields(result):
@@ -145,12 +148,14 @@ def test_weight_zero_is_a_fit_without(limited, without):
             np.testing.assert_array_equal(getattr(result, field.name), getattr(without, field.name), field.name)
 
 
+@pytest.mark.slow
 def test_weight_is_a_factor_of_the_inverse_variance(limited, with_limb):
     half = limited.fit(noisy_limb_angles(), limb_sigma_deg=0.5 * NOISE_DEG, limb_weight=0.25)
     np.testing.assert_allclose(half.quaternion_inertial_from_body, with_limb.quaternion_inertial_from_body, atol=1e-12)
     assert half.limb_rms_deg == pytest.approx(with_limb.limb_rms_deg, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_some_angles_are_enough(limited, without):
     """Distances alone, every fourth sample: less is gained, and only what is there is counted."""
     sparse = np.full((71, 2), np.nan)

@@ -25,6 +25,8 @@ from jaxsat.integrators import BLOCK
 from jaxsat.satellites import read_satellite
 from jaxsat.telemetry import read_telemetry
 
+pytestmark = pytest.mark.slow
+
 SESSION = Path(__file__).parents[3] / "jaxsat" / "data" / "munin" / "d-mixed-albedo.RAW_SUN"
 SAMPLES = 8
 NAMES = STATE + MODEL
@@ -71,7 +73,6 @@ def rotation(q) -> Rotation:
     return Rotation.from_quat(np.asarray(q)[..., [1, 2, 3, 0]])
 
 
-@pytest.mark.slow
 def test_jacobians_are_central_differences(arc, blocks):
     """Steps of 1e-5 of residuals near 100 sigma: the difference knows about 1e-8 / 1e-5 of rounding and h^2 = 1e-10."""
     prediction, jacobian = arc.predict(blocks=blocks)

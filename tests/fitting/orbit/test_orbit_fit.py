@@ -76,6 +76,7 @@ ORBITS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("elements", ORBITS.values(), ids=ORBITS.keys())
 def test_exact_positions_give_the_exact_orbit(elements):
     orbit = KeplerOrbit(*elements)

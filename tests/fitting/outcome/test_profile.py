@@ -110,6 +110,7 @@ def test_unknown_and_fixed_parameters_have_no_profile(minimum):
     assert found == [] and len(reasons) == 1 and "rods.y is not free" in reasons[0]
 
 
+@pytest.mark.slow
 def test_profile_rises_from_the_minimum_to_three_sigmas(light):
     for p in light.values():
         assert np.all(np.diff(p.values) > 0) and p.settled.all() and p.note == ""
@@ -121,6 +122,7 @@ def test_profile_rises_from_the_minimum_to_three_sigmas(light):
     assert json.loads(json.dumps(document, allow_nan=False))["interval_68"] == list(light["imax"].interval_68)
 
 
+@pytest.mark.slow
 def test_a_parameter_at_its_bound_has_an_interval_to_one_side(light):
     p = light["albedo.diffuse"]
     assert p.best == 0.0 and p.sigma is None and p.values[0] == 0.0
@@ -128,6 +130,7 @@ def test_a_parameter_at_its_bound_has_an_interval_to_one_side(light):
     assert 0.0 < p.interval_68[1] < p.interval_95[1] < 0.05
 
 
+@pytest.mark.slow
 def test_a_bound_of_another_parameter_makes_an_interval_lopsided(light):
     """More diffuse light lets the specular be less; with none to give away, more specular light has no such way out."""
     p = light["albedo.specular"]
@@ -136,6 +139,7 @@ def test_a_bound_of_another_parameter_makes_an_interval_lopsided(light):
     assert above == pytest.approx(1.96 * p.sigma, rel=0.02) and below > 1.5 * above
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["rate.y", "attitude.z"])
 def test_profile_of_a_well_known_state_is_the_parabola_of_its_sigma(minimum, name):
     p = minimum.profile(name)
@@ -145,6 +149,7 @@ def test_profile_of_a_well_known_state_is_the_parabola_of_its_sigma(minimum, nam
     assert p.best == (0.0 if name == "attitude.z" else pytest.approx(p.best))
 
 
+@pytest.mark.slow
 def test_prior_is_told_apart(minimum, light):
     """Between the curves is the prior of specular light, 0 +- 0.5: x dx of imax, 0.2 x 0.02, is a tenth of it."""
     p, k = light["albedo.specular"], minimum.parameters.names.index("albedo.specular")

@@ -155,6 +155,7 @@ def test_a_free_inertia_is_always_that_of_a_body():
     np.testing.assert_allclose(moved, SIGMA[5:11] * small, rtol=1e-3, atol=1e-9 * MEAN_INERTIA)
 
 
+@pytest.mark.slow
 def test_shifts_lead_back_to_values():
     rng = np.random.default_rng(3)
     for free in ("inertia,rods,imax,albedo,tilts", "magnet,rods,gains", POLAR, "inertia.xx,magnet.y"):

@@ -23,6 +23,8 @@ from jaxsat.integrators import BLOCK
 from jaxsat.satellites import read_satellite
 from jaxsat.telemetry import read_telemetry
 
+pytestmark = pytest.mark.slow
+
 SAMPLES = 16
 PLAIN, ROBUST = 1e4, 3.0
 SOLVERS = {"lm": levenberg_marquardt, "lbfgs": lbfgs, "adam": adam}
@@ -76,7 +78,6 @@ def angle(a, b):
     return 2.0 * np.arccos(min(abs(a.reference @ b.reference), 1.0))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["lbfgs", "adam"])
 @pytest.mark.parametrize("scale", [PLAIN, ROBUST])
 def test_minimum_is_that_of_levenberg_marquardt(arc, name, scale):

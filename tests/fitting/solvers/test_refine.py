@@ -18,6 +18,8 @@ from fitting.starts.multi_start import Starts, solve
 from jaxsat.satellites import read_satellite
 from jaxsat.telemetry import read_telemetry
 
+pytestmark = pytest.mark.slow
+
 SESSION = Path(__file__).parents[3] / "jaxsat" / "data" / "munin" / "c-specular50-limited.RAW_SUN"
 ROOM_S = 6.0  # As a whole fit has it, whose programs are then used.
 
@@ -114,7 +116,6 @@ def test_ways_of_being_robust_agree(limited, refined):
     assert off["trimmed"].max() < 1e-2 and off["student"].max() < 0.7 and off["normal"].max() > 2.0, off
 
 
-@pytest.mark.slow
 def test_a_model_that_explains_little_keeps_every_sample(limited):
     """Where a third and more of the samples would be left out, the model is wrong: they all stay."""
     far = limited.refine(offsets=((0.9, 0.7, -0.8),))

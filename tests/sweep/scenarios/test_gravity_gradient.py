@@ -55,6 +55,7 @@ def test_motion_is_that_of_independent_equations(motion):
         np.testing.assert_allclose(np.cos(motion.tilt[case]), np.sum(up * axis, axis=1), rtol=0, atol=2e-5)
 
 
+@pytest.mark.slow
 def test_outcomes_are_those_of_the_histories(motion):
     found = run_cases(SCENARIO, 1, CASES)
     np.testing.assert_array_equal(found["largest_tilt_deg"], np.degrees(motion.tilt).max(axis=1))
