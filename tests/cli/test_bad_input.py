@@ -114,6 +114,7 @@ def test_arc_without_samples(capsys, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_light_in_the_shadow_only(capsys, tmp_path):
     """Currents where the orbit says it is dark: known only after the tables are made."""
     bad = tmp_path / "night.RAW_SUN"

@@ -80,6 +80,7 @@ def test_the_charge_current_is_limited_in_its_interval_alone(session):
     assert np.std(noise) == pytest.approx(2.02, rel=0.2) and np.all(session.telemetered_mA[clean_mA == 0.0] == 0.0)
 
 
+@pytest.mark.slow
 def test_the_reader_takes_every_row(session, tmp_path):
     path = tmp_path / "session.RAW_SUN"
     path.write_text(session.raw_sun)
@@ -97,6 +98,7 @@ def test_the_reader_takes_every_row(session, tmp_path):
     assert 0.2 < np.std(field_error) < 0.4
 
 
+@pytest.mark.slow
 def test_panels_of_any_outline_see_what_the_box_sees(session):
     corners = [[0.1, -0.1, -0.1], [0.1, 0.1, -0.1], [0.1, 0.1, 0.1], [0.1, -0.1, 0.1]]
     triangle = [[0.0, 0.0, 0.1], [0.1, 0.0, 0.1], [0.0, 0.1, 0.1]]

@@ -105,6 +105,7 @@ def test_carried_against_the_rotation_itself():
     np.testing.assert_allclose(np.linalg.norm(found.direction, axis=1), 1.0, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_wrong_root_falls_behind():
     """Beyond the fold the nearer root is taken first, as published; within degrees of motion the true one is."""
     angles = 69.0 - 0.25 * np.arange(SAMPLES)
@@ -119,6 +120,7 @@ def test_wrong_root_falls_behind():
     assert np.asarray(track.mismatch)[0].min() < 1e-8
 
 
+@pytest.mark.slow
 def test_a_jump_is_found_out():
     """Where no candidate is near any more all begin anew: a jump of 58 deg is followed at once."""
     suns = np.broadcast_to(direction(15.0, 100.0), (SAMPLES, CASES, 3)).copy()
@@ -128,6 +130,7 @@ def test_a_jump_is_found_out():
     assert apart_deg(suns[99, 0], suns[100, 0]) > 50.0 and np.max(off) < 1e-6
 
 
+@pytest.mark.slow
 def test_gain_shares_between_gyro_and_sensor():
     before = direction(np.array([40.0, 41.0, 42.0]), 30.0)
     track = SunTrack(jnp.asarray(before), jnp.asarray([0.0, 1e-4, jnp.inf]))

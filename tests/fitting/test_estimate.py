@@ -15,6 +15,8 @@ from jaxsat.errors import InputError
 from jaxsat.satellites import read_satellite
 from jaxsat.telemetry import read_telemetry
 
+pytestmark = pytest.mark.slow
+
 DATA = Path(__file__).parents[2] / "jaxsat" / "data" / "munin"
 EVERYTHING = "state,magnet,rods,imax,inertia,albedo"
 BUNDLED = {path.stem[0]: path for path in DATA.glob("*.RAW_SUN")}
@@ -99,7 +101,6 @@ def test_another_seed_finds_the_same_minimum(exact, exact_fit):
     assert np.degrees(2.0 * np.arccos(np.minimum(overlap, 1.0))).max() < 2e-3
 
 
-@pytest.mark.slow
 def test_currents_in_the_wrong_order_are_not_called_converged(exact):
     currents = exact.observations.currents.copy()
     lit = np.flatnonzero(currents.max(axis=1) > 0.01)
@@ -147,7 +148,6 @@ def limited():
     return case, case.fit()
 
 
-@pytest.mark.slow
 def test_limited_currents_are_found_with_everything_free(limited):
     case, result = limited
     assert result.status == "converged"
@@ -158,7 +158,6 @@ def test_limited_currents_are_found_with_everything_free(limited):
     assert case.attitude_rms_deg(result) <= 1.5
 
 
-@pytest.mark.slow
 def test_parameters_are_within_their_sigmas_of_the_truth(limited):
     case, result = limited
     true, inertia = case.truth["cfg"], np.array(case.truth["cfg"]["inertia"])
@@ -183,7 +182,6 @@ def test_parameters_are_within_their_sigmas_of_the_truth(limited):
     assert not table["gains.+x"].free
 
 
-@pytest.mark.slow
 def test_tumbling_session_is_found_blind():
     case = Case("e", EVERYTHING)
     result = case.fit()

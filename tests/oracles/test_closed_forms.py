@@ -231,6 +231,7 @@ def test_pendulum_of_a_magnet(modulus, tolerance, length):
     assert apart(after, start) < tolerance
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("tilt", "precession"), [(0.5, 0.01), (2.4, 0.02), (1.1, -0.03)])
 def test_steady_precession_of_a_magnetic_top(tilt, precession):
     """A dipole m along the axis of a symmetric body precesses at W about the field, at an angle theta, if it spins with

@@ -190,6 +190,7 @@ def test_large_pitch_libration_is_a_pendulum_at_twice_the_angle(amplitude):
     np.testing.assert_allclose(turn[:, [0, 2]], 0.0, rtol=0, atol=TOLERANCE)
 
 
+@pytest.mark.slow
 def test_long_axis_falls_from_the_horizontal_and_swings_through_the_vertical():
     """The same pendulum, let go 0.05 rad from its top."""
     small = 0.05

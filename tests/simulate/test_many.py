@@ -16,6 +16,8 @@ from jaxsat.simulate import simulate, simulate_many, simulate_on_grid
 from jaxsat.spacecraft import HysteresisRods, MagneticRods, SolarPanels, Spacecraft, box_normals
 from jaxsat.torques import HysteresisRodsTorque, PermanentMagnet, torques_of
 
+pytestmark = pytest.mark.slow
+
 INERTIA = np.array([[0.0514, 0.0014, -0.0022], [0.0014, 0.0549, 0.0011], [-0.0022, 0.0011, 0.0578]])
 AXES = np.array([[0.0, 1.0, 0.0], [0.0, 0.6, 0.8]])
 CRAFT = Spacecraft(
@@ -91,7 +93,6 @@ def assert_same(one, other):
     np.testing.assert_array_equal(one.angular_velocity, other.angular_velocity)
 
 
-@pytest.mark.slow
 def test_tolerance_is_held_and_the_error_stated():
     """Five cases in chunks of four, the pilot one of them."""
     quaternion, rate, _ = reference(TIMES)
@@ -104,14 +105,12 @@ def test_tolerance_is_held_and_the_error_stated():
     np.testing.assert_allclose(motion.angular_velocity, rate, atol=0.1 * true + 1e-14)
 
 
-@pytest.mark.slow
 def test_a_case_moves_as_it_does_alone(whole):
     initial = jax.tree.map(lambda x: x[2], INITIAL)
     alone = simulate(CRAFT, initial, surroundings, TIMES, tolerance=1e-4)
     assert apart(alone.quaternion, whole.quaternion[2]).max() < 1e-10
 
 
-@pytest.mark.slow
 def test_given_step_is_taken_unchecked(whole):
     assert whole.error is None
     # By the order, (3 / 1)^10 times the error with 1 s.
@@ -140,7 +139,6 @@ def test_late_start():
     assert apart(at_step(times=times, start=980.0).quaternion, reference(times, start=980.0)[0]).max() < 1e-9
 
 
-@pytest.mark.slow
 def test_one_case_and_the_end_alone(whole):
     """In a chunk of one, and nothing is kept on the way."""
     motion = at_step(some(INITIAL, [3]), times=TIMES[2:])
@@ -150,7 +148,6 @@ def test_one_case_and_the_end_alone(whole):
     np.testing.assert_allclose(motion.angular_velocity[0, 0], whole.angular_velocity[3, 2], rtol=0, atol=1e-15)
 
 
-@pytest.mark.slow
 def test_each_case_with_a_spacecraft_of_its_own():
     """Inertia and magnet vary; all leaves are over the cases, those that do not vary too."""
     rng = np.random.default_rng(6)
@@ -169,7 +166,6 @@ RODS = HysteresisRods(
 )
 
 
-@pytest.mark.slow
 def test_state_of_the_rods():
     """Two lags for each case; the method loses its order at their kinks, so the steps are short."""
     craft = eqx.tree_at(lambda c: c.hysteresis_rods, CRAFT, RODS, is_leaf=lambda x: x is None)
@@ -226,7 +222,6 @@ def test_times_that_turn_round(times):
         at_step(times=np.array(times))
 
 
-@pytest.mark.slow
 def test_single_precision(whole):
     """Where JAX is told to work in 32 bits: hundreds of roundings, each grown by weights of the method up to 75."""
     sizes = jax.tree.map(np.asarray, (CRAFT, INITIAL))

@@ -56,6 +56,7 @@ def test_without_them_nothing_is_told(fake_fit, capsys):
     assert "limb" not in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_weight_zero_does_not_look_at_the_file(fake_fit, capsys):
     """As with `vesABlimb` = 0, under which the file may be missing."""
     Path("off.toml").write_text("[fit]\nlimb_weight = 0.0\n")

@@ -75,6 +75,7 @@ def test_pictures_of_an_earlier_run_go(asked):
     assert "<h2>Profile" not in Path("out/report.html").read_text()
 
 
+@pytest.mark.slow
 def test_diagnostics_are_in_every_fit(asked, fit_result):
     assert run(["fit", "--out", "out", "--no-plots"]) == 0
     diagnostics = json.loads(Path("out/fit.json").read_text())["diagnostics"]

@@ -152,6 +152,7 @@ def test_gravity_gradient_restores():
     assert np.max(np.asarray(samples.tilt)) <= np.radians(5.0) * (1 + 1e-6)
 
 
+@pytest.mark.slow
 def test_books_balance():
     """No torque: momentum and energy; gravity gradient on a circle: Jacobi's integral. Over two orbits, to 1e-9."""
     far = circular(distance=1e6)
@@ -215,6 +216,7 @@ def test_four_periods_at_once_while_it_is_off():
     np.testing.assert_allclose(once.angular_velocity, four.angular_velocity, atol=1e-10)
 
 
+@pytest.mark.slow
 def test_the_actuator_turns_it_into_the_orbital_attitude():
     """From 11 deg at inertial rest in the field of a dipole: two orbits, and the impulse is that of the dipoles."""
     state = start(11.0, (0.6, 0.0, 0.8), rate=[0.0, 0.0, 0.0])

@@ -65,6 +65,7 @@ def test_a_sun_across_the_missing_axis_leaves_both_signs():
     assert min(off(q) for q in found.quaternion) < 1e-7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "status"),
     [
@@ -80,6 +81,7 @@ def test_cases_without_an_answer_are_named_and_finite(change, status):
     assert np.all(np.isfinite(found.quaternion)) and np.all(np.isfinite(found.mismatch))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sun_body", [jnp.zeros(3), jnp.full(3, jnp.nan)])
 def test_no_sun(sun_body):
     _, *rest = measured()
@@ -87,6 +89,7 @@ def test_no_sun(sun_body):
     assert int(found.status) == module.NO_SUN and np.all(np.isfinite(found.quaternion))
 
 
+@pytest.mark.slow
 def test_two_axes_above_the_whole_field():
     sun, field_body, *rest = measured(missing=(0,))
     assert int(solve(sun, 3.0 * field_body, *rest).status) == module.TOO_STRONG

@@ -103,6 +103,7 @@ def test_jacobian_is_that_of_the_positions(e):
         np.testing.assert_allclose(jacobian[:, :, j], numeric, atol=1e-7 * np.max(np.abs(numeric)))
 
 
+@pytest.mark.slow
 def test_sigma_describes_the_scatter_of_repeated_fits():
     orbit = KeplerOrbit(*ORBITS["polar"])
     position, velocity = states(orbit)

@@ -22,6 +22,8 @@ from fitting.starts.multi_start import Starts
 from jaxsat.satellites import read_satellite
 from jaxsat.telemetry import read_telemetry
 
+pytestmark = pytest.mark.slow
+
 SESSION = Path(__file__).parents[3] / "jaxsat" / "data" / "munin" / "a-nominal-exact.RAW_SUN"
 ROOM_S = 6.0  # As a whole fit has it, whose programs are then used.
 NOISE = 2e-3

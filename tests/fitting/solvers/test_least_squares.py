@@ -202,6 +202,7 @@ def test_solver_reaches_the_minimum_beside_the_truth(session):
     assert abs(points.reference[0] @ points.reference[1]) == pytest.approx(1.0, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_inactive_unknowns_do_not_move(session):
     x = session.x + 1e-3
     points = session.solve(x, active=np.array([True] * 3 + [False, True, False]))
@@ -209,6 +210,7 @@ def test_inactive_unknowns_do_not_move(session):
     assert points.x[0, 4] != x[0, 4] and np.any(points.reference[0] != session.q[0])
 
 
+@pytest.mark.slow
 def test_no_iteration_leaves_the_start_where_it_is(session):
     points = session.solve(iterations=0)
     np.testing.assert_array_equal(points.x, session.x)
@@ -217,6 +219,7 @@ def test_no_iteration_leaves_the_start_where_it_is(session):
     assert error_deg(session, points).max() < 0.3
 
 
+@pytest.mark.slow
 def test_samples_after_the_arc_are_not_looked_at(session):
     measured = np.array(session.problem.measured)
     measured[20:] = 0.123
@@ -227,6 +230,7 @@ def test_samples_after_the_arc_are_not_looked_at(session):
     assert points.cost[0] != session.solve(last_sample=20).cost[0]
 
 
+@pytest.mark.slow
 def test_number_of_starts_does_not_change_a_start(session):
     """Chunks of fixed size padded with copies: seven starts give what each gives alone, in their order."""
     shift = np.linspace(-1e-3, 1e-3, 7)[:, None] * np.array([0, 0, 0, 1.0, 1.0, 1.0])

@@ -68,6 +68,7 @@ def test_outcomes_are_those_of_the_histories(motion):
     assert motion.tilt[first, index - 1] < 0.5 * math.pi < motion.tilt[first, index]
 
 
+@pytest.mark.slow
 def test_a_motion_that_is_not_finite_has_diverged(motion):
     tilt = motion.tilt.copy()
     tilt[3, 7] = np.nan
