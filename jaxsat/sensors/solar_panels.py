@@ -37,12 +37,16 @@ def albedo_currents(
     The light of the mirror image comes from one direction, the scattered light from a sum over patches; each counts
     only on panels that it meets from the front.
     """
-    dcm_inertial_from_body = quaternion.to_dcm(q_inertial_from_body)
     # One small rotation of the normals instead of one for each patch.
-    normals_eci = panels.normals @ dcm_inertial_from_body.T
+    normals_eci = panels.normals @ quaternion.to_dcm(q_inertial_from_body).T
+    return panels.max_current * panels.gains * earthlight(normals_eci, albedo, light)
+
+
+def earthlight(normals_eci: Float[Array, "faces 3"], albedo: Albedo, light: LightTable) -> Float[Array, " faces"]:
+    """Light of the Earth on faces with these normals, over that of the Sun square on a face."""
     specular = light.specular_factor * jnp.maximum(normals_eci @ light.specular_direction_eci, 0.0)
     diffuse = jnp.sum(normals_eci * _visible_flux(normals_eci, light), axis=-1)
-    return panels.max_current * panels.gains * (albedo.specular * specular + albedo.diffuse * diffuse)
+    return albedo.specular * specular + albedo.diffuse * diffuse
 
 
 def _visible_flux(normals_eci: Float[Array, "panels 3"], light: LightTable) -> Float[Array, "panels 3"]:

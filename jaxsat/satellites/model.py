@@ -1,0 +1,98 @@
+"""A satellite with its sensors as one tree of numbers, and the names under which the numbers may be fitted."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from jaxsat.sensors import Albedo
+from jaxsat.sensors.abstract import AbstractSensor
+from jaxsat.spacecraft import Spacecraft
+
+
+class Model(eqx.Module):
+    """All that a session's readings follow from, beside the motion's start and the surroundings."""
+
+    spacecraft: Spacecraft
+    sensors: Mapping[str, AbstractSensor]
+    """By the name of their channel."""
+    albedo: Albedo
+    """Reflectivity of the Earth."""
+    delays: Mapping[str, Float[Array, ""]]
+    """Stamp minus instant of measurement of each channel [s]."""
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """One number of a `Model` that may be fitted."""
+
+    name: str
+    """As users say it: `mag.bias.x`."""
+    place: str
+    """Path of its array: `sensors.mag.bias`."""
+    entries: tuple[int, ...]
+    """Places in the flat array that have this value: two for an entry beside a symmetric tensor's diagonal."""
+    unit: str
+    """In which results quote it."""
+    to_unit: float = 1.0
+    """From SI to that unit."""
+    sigma: float | None = None
+    """1-sigma of the prior about the nominal value, SI; None: not free unless asked for, and then with `loose`."""
+    loose: float = 1.0
+    """1-sigma of a weak prior where the file gives none, SI."""
+    lower: float = -np.inf
+    upper: float = np.inf
+    """Bounds, SI."""
+
+    @property
+    def moves(self) -> bool:
+        """Whether it moves the satellite; else it only changes what a sensor reads."""
+        return self.place.startswith("spacecraft.")
+
+
+def array_at(model: Model, place: str) -> Array:
+    """The array of a model at a path such as `sensors.mag.bias` or `spacecraft.parts.0.coefficient`."""
+    found: Any = model
+    for part in place.split("."):
+        if isinstance(found, Mapping):
+            found = found[part]
+        elif isinstance(found, tuple | list):
+            found = found[int(part)]
+        else:
+            found = getattr(found, part)
+    return found
+
+
+def places_of(leaves: Sequence[Leaf]) -> tuple[str, ...]:
+    """The different places of leaves, in their order."""
+    return tuple(dict.fromkeys(leaf.place for leaf in leaves))
+
+
+def nominal_values(model: Model, leaves: Sequence[Leaf]) -> Float[np.ndarray, " leaves"]:
+    """Values of the leaves, SI, on the host."""
+    arrays = {place: np.asarray(array_at(model, place)).reshape(-1) for place in places_of(leaves)}
+    return np.array([arrays[leaf.place][leaf.entries[0]] for leaf in leaves], dtype=float)
+
+
+def with_values(model: Model, leaves: Sequence[Leaf], values: Float[Array, " leaves"]) -> Model:
+    """The model with other values of the leaves. Differentiable; `leaves` are static."""
+    places = places_of(leaves)
+    arrays = [_filled(array_at(model, place), list(_entries(leaves, place)), values) for place in places]
+    return eqx.tree_at(lambda m: [array_at(m, place) for place in places], model, arrays)
+
+
+def _entries(leaves: Sequence[Leaf], place: str) -> Iterator[tuple[int, int]]:
+    """Pairs of flat place and number of the leaf that stands there."""
+    for number, leaf in enumerate(leaves):
+        if leaf.place == place:
+            yield from ((entry, number) for entry in leaf.entries)
+
+
+def _filled(array: Array, pairs: list[tuple[int, int]], values: Float[Array, " leaves"]) -> Array:
+    places, numbers = np.array(pairs).T
+    flat = jnp.asarray(array, values.dtype).reshape(-1)
+    return flat.at[places].set(values[numbers]).reshape(np.shape(array))
