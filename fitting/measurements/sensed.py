@@ -84,7 +84,9 @@ class SensedProblem(AbstractProblem):
         def sample_block(number, carry):
             residual, carry = carry
             begin = number * PAD_SAMPLES
-            part = jax.tree.map(lambda leaf: jax.lax.dynamic_slice_in_dim(jnp.asarray(leaf), begin, PAD_SAMPLES), inputs)
+            part = jax.tree.map(
+                lambda leaf: jax.lax.dynamic_slice_in_dim(jnp.asarray(leaf), begin, PAD_SAMPLES), inputs
+            )
             new = jax.vmap(lambda *sample: _whitened(self, linear, seeing, *sample))(*part)
             residual = jax.lax.dynamic_update_slice_in_dim(residual, new[0], begin, axis=0)
             return residual, visit(carry, new, begin)
@@ -127,12 +129,16 @@ def _linear(parameters: FreeLeaves, x_model: Float[Array, " unknowns"]) -> _Line
     return _Linear(parameters, parameters.values(x_model), jax.jacfwd(parameters.values)(x_model))
 
 
-def initial_state(spacecraft: Spacecraft, q: Float[Array, "4"], w: Float[Array, "3"], start: OrbitTable) -> AttitudeState:
+def initial_state(
+    spacecraft: Spacecraft, q: Float[Array, "4"], w: Float[Array, "3"], start: OrbitTable
+) -> AttitudeState:
     """The state at one entry of an orbit's table; hysteresis rods begin with their own induction."""
     rods = spacecraft.hysteresis_rods
     if rods is None:
         return AttitudeState(q, w)
-    return AttitudeState(q, w, lag_from_induction(rods, rods.induction, quaternion.rotate_inverse(q, start.b_field_eci)))
+    return AttitudeState(
+        q, w, lag_from_induction(rods, rods.induction, quaternion.rotate_inverse(q, start.b_field_eci))
+    )
 
 
 def _motion(problem: SensedProblem, linear: _Linear, moving, reference, blocks) -> tuple[Motion, Array, Array]:

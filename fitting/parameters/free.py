@@ -44,7 +44,9 @@ class FreeLeaves(eqx.Module):
         inertia = np.array([place == INERTIA_PLACE for place, _ in self.spots])
         if inertia.sum() == 6:
             index = np.flatnonzero(inertia)
-            body = physical_inertia(jnp.asarray(self.inertia_root), jnp.asarray(self.inertia_root_inverse), shift[index])
+            body = physical_inertia(
+                jnp.asarray(self.inertia_root), jnp.asarray(self.inertia_root_inverse), shift[index]
+            )
             found = found.at[index].set(jnp.where(jnp.asarray(self.keeps_body) > 0.0, body, found[index]))
         return found
 
