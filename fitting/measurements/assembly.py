@@ -147,7 +147,7 @@ def _bright(samples: Samples, model: Model, groups: Groups) -> np.ndarray:
     for group in groups:
         rows = samples.values[group.name]
         seen = np.isfinite(rows).any(axis=1)
-        if "light" in model.sensors[group.name].needs:
+        if model.sensors[group.name].sees == "sun":
             seen &= np.nan_to_num(np.abs(rows)).max(axis=1) > 3.0 * samples.channels[group.name].sigma
         found.append(seen)
     return np.stack(found, axis=1)
@@ -162,7 +162,7 @@ def usable(problem: SensedProblem, samples: Samples) -> np.ndarray:
     if problem.sky.light is None:
         return weight
     share = np.asarray(problem.sky.light.illumination)
-    lit = np.array(["light" in problem.model.sensors[group.name].needs for group in problem.groups])
+    lit = np.array([problem.model.sensors[group.name].sees == "sun" for group in problem.groups])
     doubtful = ((share > 0.0) & (share < 1.0))[:, None] | ((share == 0.0)[:, None] & np.asarray(problem.bright))
     return np.where(over_columns(doubtful & lit, problem.groups), 0.0, weight)
 
