@@ -16,6 +16,8 @@ from jaxsat.sensors.mounting import (
     columns_of,
     directions_of,
     in_sensor,
+    shorter_way,
+    unit_readings,
     vectors_of,
 )
 from jaxsat.sensors.view import View
@@ -38,13 +40,11 @@ class SunVector(AbstractSensor):
     def direct(
         self, readings: Float[np.ndarray, "n channels"], sigma: float
     ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]] | None:
-        """Directions of the Sun; NaN where the reading is no unit vector to a tenth or to five of its errors."""
+        """Directions of the Sun, NaN where the reading is no unit vector (`unit_readings`)."""
         read = vectors_of(readings, self.axes)
         if read is None:
             return None
-        off = np.abs(np.linalg.norm(read, axis=1) - 1.0)
-        read = np.where((off < max(0.1, 5.0 * sigma))[:, None], read, np.nan)
-        return directions_of(read @ body_from_sensor(self.turn).T, sigma)
+        return directions_of(unit_readings(read, sigma) @ body_from_sensor(self.turn).T, sigma)
 
 
 class SunAngles(AbstractSensor):
@@ -67,7 +67,7 @@ class SunAngles(AbstractSensor):
 
     def difference(self, modelled: Float[Array, "2"], reading: Float[Array, "2"]) -> Float[Array, "2"]:
         """The shorter way round [rad]."""
-        return jnp.remainder(modelled - reading + jnp.pi, 2.0 * jnp.pi) - jnp.pi
+        return shorter_way(modelled - reading)
 
     def direct(
         self, readings: Float[np.ndarray, "n 2"], sigma: float
