@@ -19,6 +19,8 @@ from jaxsat.sensors.limb import limb_turn as limb_turn
 from jaxsat.sensors.limb import nadir_body as nadir_body
 from jaxsat.sensors.magnetometer import Magnetometer as Magnetometer
 from jaxsat.sensors.nadir import HorizonVector as HorizonVector
+from jaxsat.sensors.noise import normal_noise as normal_noise
+from jaxsat.sensors.noise import stepped as stepped
 from jaxsat.sensors.polygon_panels import PolygonPanels as PolygonPanels
 from jaxsat.sensors.polygon_panels import mirror_currents as mirror_currents
 from jaxsat.sensors.polygon_panels import polygon_panels as polygon_panels

@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, PRNGKeyArray
 
 from jaxsat.math import float_array
 from jaxsat.sensors.abstract import AbstractSensor, Sight
@@ -18,6 +18,7 @@ from jaxsat.sensors.mounting import (
     unit_readings,
     vectors_of,
 )
+from jaxsat.sensors.noise import Size, unit_noise
 from jaxsat.sensors.view import View
 
 
@@ -33,6 +34,10 @@ class HorizonVector(AbstractSensor):
 
     def __call__(self, view: View) -> Float[Array, " channels"]:
         return columns_of(self.axes, in_sensor(self.turn, view.nadir))
+
+    def noisy(self, reading: Float[Array, " channels"], sigma: Size, key: PRNGKeyArray) -> Float[Array, " channels"]:
+        """A unit vector again."""
+        return unit_noise(reading, sigma, key)
 
     def direct(
         self, readings: Float[np.ndarray, "n channels"], sigma: float

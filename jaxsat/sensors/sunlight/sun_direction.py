@@ -5,7 +5,7 @@ from typing import ClassVar
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, PRNGKeyArray
 
 from jaxsat.math import float_array
 from jaxsat.sensors.abstract import AbstractSensor, Sight
@@ -20,6 +20,7 @@ from jaxsat.sensors.mounting import (
     unit_readings,
     vectors_of,
 )
+from jaxsat.sensors.noise import Size, unit_noise
 from jaxsat.sensors.view import View
 
 
@@ -36,6 +37,10 @@ class SunVector(AbstractSensor):
 
     def __call__(self, view: View) -> Float[Array, " channels"]:
         return columns_of(self.axes, in_sensor(self.turn, view.sun))
+
+    def noisy(self, reading: Float[Array, " channels"], sigma: Size, key: PRNGKeyArray) -> Float[Array, " channels"]:
+        """A unit vector again."""
+        return unit_noise(reading, sigma, key)
 
     def direct(
         self, readings: Float[np.ndarray, "n channels"], sigma: float
