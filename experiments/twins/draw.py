@@ -39,7 +39,7 @@ def draw(kind: str, seed: int, spread: float = SPREAD) -> dict[str, Any]:
     """Settings of session `seed` of a kind."""
     preset = PRESETS[kind]
     file = tomllib.loads((SATELLITES / f"{kind}.toml").read_text())
-    rng = np.random.default_rng([seed, zlib.crc32(kind.encode())])
+    rng = stream(kind, seed, 0)
     cfg: dict[str, Any] = {
         "preset": kind,
         "name": f"{kind}-{seed}",
@@ -68,6 +68,11 @@ def draw(kind: str, seed: int, spread: float = SPREAD) -> dict[str, Any]:
         cells["limit"] = [start, start + preset.extra["limited_s"], float(rng.uniform(0.75, 0.95) * cells["imax"])]
     cfg["orbit"] = {"kind": "sgp4", "tle": _orbit(preset, rng)}
     return cfg
+
+
+def stream(kind: str, seed: int, use: int) -> np.random.Generator:
+    """Random numbers of one session: `use` 0 draws it, 1 is its noise."""
+    return np.random.default_rng([seed, zlib.crc32(kind.encode()), use])
 
 
 def start_of(cfg: dict[str, Any]) -> float:
