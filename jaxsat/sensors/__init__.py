@@ -1,8 +1,10 @@
 """Sensors: what a satellite measures, noise apart."""
 
+from jaxsat.sensors.abstract import AbstractSensor as AbstractSensor
 from jaxsat.sensors.current_readings import current_readings as current_readings
 from jaxsat.sensors.current_readings import limited_currents as limited_currents
 from jaxsat.sensors.current_readings import uniform_noise as uniform_noise
+from jaxsat.sensors.gyroscope import Gyroscope as Gyroscope
 from jaxsat.sensors.horizon_sensor import HorizonSensor as HorizonSensor
 from jaxsat.sensors.horizon_sensor import band_harmonics as band_harmonics
 from jaxsat.sensors.horizon_sensor import chord_of_disk as chord_of_disk
@@ -14,6 +16,7 @@ from jaxsat.sensors.horizon_sensor import step_harmonics as step_harmonics
 from jaxsat.sensors.limb import limb_distance as limb_distance
 from jaxsat.sensors.limb import limb_turn as limb_turn
 from jaxsat.sensors.limb import nadir_body as nadir_body
+from jaxsat.sensors.magnetometer import Magnetometer as Magnetometer
 from jaxsat.sensors.polygon_panels import PolygonPanels as PolygonPanels
 from jaxsat.sensors.polygon_panels import mirror_currents as mirror_currents
 from jaxsat.sensors.polygon_panels import polygon_panels as polygon_panels
@@ -21,8 +24,14 @@ from jaxsat.sensors.solar_panels import Albedo as Albedo
 from jaxsat.sensors.solar_panels import albedo_currents as albedo_currents
 from jaxsat.sensors.solar_panels import direct_currents as direct_currents
 from jaxsat.sensors.solar_panels import panel_currents as panel_currents
+from jaxsat.sensors.star_tracker import StarTracker as StarTracker
 from jaxsat.sensors.sun_sensor import PyramidSunSensor as PyramidSunSensor
 from jaxsat.sensors.sun_sensor import combine_detectors as combine_detectors
 from jaxsat.sensors.sun_sensor import face_currents as face_currents
 from jaxsat.sensors.sun_sensor import lit_fraction as lit_fraction
 from jaxsat.sensors.sun_sensor import quantize as quantize
+from jaxsat.sensors.sunlight import Panels as Panels
+from jaxsat.sensors.sunlight import Photodiodes as Photodiodes
+from jaxsat.sensors.sunlight import SunAngles as SunAngles
+from jaxsat.sensors.sunlight import SunVector as SunVector
+from jaxsat.sensors.view import View as View

@@ -1,0 +1,73 @@
+"""Currents of any number of solar panels as a sensor of the Sun."""
+
+from typing import ClassVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, ArrayLike, Float
+
+from jaxsat.math import float_array, quaternion
+from jaxsat.sensors.abstract import AbstractSensor, Sight
+from jaxsat.sensors.sunlight.sun_of_cells import sun_of_cells
+from jaxsat.sensors.view import View
+
+DIMMING = 0.3
+"""1-sigma of what a full battery takes off all currents alike, over the Sun's: for directions alone."""
+
+
+def _optional(x: ArrayLike | None) -> Float[Array, "..."] | None:
+    return None if x is None else float_array(x)
+
+
+def axes_across(normal: Float[Array, "3"]) -> Float[Array, "2 3"]:
+    """The two body axes that are farthest from a normal, x before y before z, without their parts along it.
+
+    For a panel of a box they are its `TILT_AXES`.
+    """
+    two = jnp.eye(3, dtype=normal.dtype)[jnp.sort(jnp.argsort(jnp.abs(normal))[:2])]
+    return two - (two @ normal)[:, None] * normal[None, :]
+
+
+class Panels(AbstractSensor):
+    """Currents of flat panels [A]: largest current x gain x (cosine of the Sun x share of its disk + earthlight)."""
+
+    needs: ClassVar[frozenset[str]] = frozenset({"light"})
+    sees: ClassVar[Sight | None] = "sun"
+
+    normals: Float[Array, "n 3"] = eqx.field(converter=float_array)
+    """Outward unit normals, body axes."""
+    max_current: Float[Array, ""] = eqx.field(converter=float_array)
+    """Current of a panel of gain one that faces the Sun [A]."""
+    gain: Float[Array, " n"] = eqx.field(converter=float_array)
+    """Current of each over that, at equal light."""
+    tilts: Float[Array, "n 2"] | None = eqx.field(converter=_optional, default=None)
+    """Turns of each panel off its place about its `axes_across` [rad]."""
+    earthlight: bool = eqx.field(static=True, default=True)
+
+    def __call__(self, view: View) -> Float[Array, " n"]:
+        normals = self.tilted_normals()
+        light = view.sunlight(normals)
+        return self.max_current * self.gain * (light + view.earthlight(normals) if self.earthlight else light)
+
+    def tilted_normals(self) -> Float[Array, "n 3"]:
+        """Normals with the panels' tilts."""
+        if self.tilts is None:
+            return self.normals
+        turns = jnp.sum(self.tilts[:, :, None] * jax.vmap(axes_across)(self.normals), axis=1)
+        return jax.vmap(quaternion.rotate)(quaternion.from_rotation_vector(turns), self.normals)
+
+    def direct(
+        self, readings: Float[np.ndarray, "n panels"], sigma: float
+    ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
+        """Directions of the Sun, NaN in the dark (`sun_of_cells`): by the currents' ratios more than by their sizes."""
+        full = np.asarray(self.max_current, float) * np.asarray(self.gain, float)
+        normals = np.asarray(self.tilted_normals(), float)
+        return sun_of_cells(
+            readings / full,
+            sigma / np.abs(full),
+            lambda sun: np.maximum(sun @ normals.T, 0.0),
+            earthlight=self.earthlight,
+            dimming=DIMMING,
+        )

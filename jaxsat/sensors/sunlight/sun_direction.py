@@ -1,0 +1,86 @@
+"""Sun sensors that tell the Sun's direction itself, as a vector or as two angles."""
+
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from jaxsat.math import float_array
+from jaxsat.sensors.abstract import AbstractSensor, Sight
+from jaxsat.sensors.mounting import (
+    BODY_AXES,
+    NO_TURN,
+    body_from_sensor,
+    columns_of,
+    directions_of,
+    in_sensor,
+    vectors_of,
+)
+from jaxsat.sensors.view import View
+
+
+class SunVector(AbstractSensor):
+    """Unit vector to the Sun in the sensor's axes; it reads so in the dark too, where the real one tells nothing."""
+
+    needs: ClassVar[frozenset[str]] = frozenset({"light"})
+    sees: ClassVar[Sight | None] = "sun"
+
+    turn: Float[Array, "3"] = eqx.field(converter=float_array, default=NO_TURN)
+    """Rotation vector of the sensor's axes from those of the body [rad]."""
+    axes: Float[Array, "channels 3"] = eqx.field(converter=float_array, default=BODY_AXES)
+    """Row k is the direction that column k reads."""
+
+    def __call__(self, view: View) -> Float[Array, " channels"]:
+        return columns_of(self.axes, in_sensor(self.turn, view.sun))
+
+    def direct(
+        self, readings: Float[np.ndarray, "n channels"], sigma: float
+    ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]] | None:
+        """Directions of the Sun; NaN where the reading is no unit vector to a tenth or to five of its errors."""
+        read = vectors_of(readings, self.axes)
+        if read is None:
+            return None
+        off = np.abs(np.linalg.norm(read, axis=1) - 1.0)
+        read = np.where((off < max(0.1, 5.0 * sigma))[:, None], read, np.nan)
+        return directions_of(read @ body_from_sensor(self.turn).T, sigma)
+
+
+class SunAngles(AbstractSensor):
+    """Two angles of the Sun about the sensor's z axis, atan2(x, z) and atan2(y, z) [rad].
+
+    x, y, z are what the rows of `axes` read of the Sun's direction; z looks out.
+    """
+
+    needs: ClassVar[frozenset[str]] = frozenset({"light"})
+    sees: ClassVar[Sight | None] = "sun"
+
+    turn: Float[Array, "3"] = eqx.field(converter=float_array, default=NO_TURN)
+    """Rotation vector of the sensor's axes from those of the body [rad]."""
+    axes: Float[Array, "3 3"] = eqx.field(converter=float_array, default=BODY_AXES)
+    """Rows are the directions x, y and z of the angles."""
+
+    def __call__(self, view: View) -> Float[Array, "2"]:
+        x, y, z = columns_of(self.axes, in_sensor(self.turn, view.sun))
+        return jnp.stack([_angle(x, z), _angle(y, z)])
+
+    def difference(self, modelled: Float[Array, "2"], reading: Float[Array, "2"]) -> Float[Array, "2"]:
+        """The shorter way round [rad]."""
+        return jnp.remainder(modelled - reading + jnp.pi, 2.0 * jnp.pi) - jnp.pi
+
+    def direct(
+        self, readings: Float[np.ndarray, "n 2"], sigma: float
+    ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]] | None:
+        """Directions of the Sun in front of the sensor, NaN where an angle is a right one or more."""
+        tangents = np.tan(np.where(np.abs(readings) < 0.5 * np.pi, readings, np.nan))
+        read = np.concatenate([tangents, np.ones((len(tangents), 1))], axis=1)
+        rows = np.asarray(self.axes, float)
+        directions, _ = directions_of(read @ np.linalg.pinv(rows).T @ body_from_sensor(self.turn).T, 0.0)
+        return directions, np.where(np.isfinite(directions).all(axis=1), sigma, np.nan)
+
+
+def _angle(x, z):
+    # Across both, where the angle has no meaning, there is no derivative either.
+    across = (x == 0.0) & (z == 0.0)
+    return jnp.arctan2(x, jnp.where(across, 1.0, z))
