@@ -32,8 +32,9 @@ def picture(kind: str, rows: list[dict[str, Any]], file: Path) -> None:
 
     z = [value for row in rows if row.get("reached") for value in row["z"].values()]
     edges = np.linspace(-5.0, 5.0, 51)
-    normal.hist(np.clip(z, -4.99, 4.99), edges, density=True, color="tab:blue", alpha=0.6)
-    normal.plot(edges, np.exp(-0.5 * edges**2) / np.sqrt(2.0 * np.pi), color="black")
+    normal.hist(np.clip(z, -4.99, 4.99), edges, color="tab:blue", alpha=0.6)
+    expected = len(z) * (edges[1] - edges[0]) / np.sqrt(2.0 * np.pi)
+    normal.plot(edges, expected * np.exp(-0.5 * edges**2), color="black")
     normal.set(xlabel="(value - truth) / sigma", title=f"{len(z)} numbers, RMS {found['z_rms'] or float('nan'):.2f}")
 
     names = list(found["z_rms_of"])

@@ -26,7 +26,7 @@ HOLDOUT = {"3u-panels": 0.15}
 
 
 def document_of(table: Path, satellite_file: Path, holdout: float) -> dict[str, Any]:
-    """Fits a table as `jaxsat fit TABLE --satellite FILE --holdout H` does; answers the part of fit.json that counts."""
+    """Fits a table as `jaxsat fit TABLE --satellite FILE --holdout H` does; answers what counts of fit.json."""
     # Fitting is the only user of the simulator here, and JAX is to be set up before anything of it is imported.
     from jaxsat.numerics import set_up_jax
 
