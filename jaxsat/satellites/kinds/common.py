@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field
 
+from jaxsat.files.units import Unit, parsed_unit
 from jaxsat.satellites.sections.fitted import Direction, Triple, _direction, plain
 from jaxsat.setting_types import Section
-from jaxsat.units import Unit, parsed_unit
 
 if TYPE_CHECKING:
     from jaxsat.satellites.leaves import LeafList
@@ -69,7 +69,7 @@ class TurnedKeys(SensorKeys):
     turn: Triple = plain((0.0, 0.0, 0.0))
     """Rotation vector from the body's axes to the sensor's [rad]."""
 
-    def turned(self, name: str, leaves: "LeafList") -> dict[str, np.ndarray]:
+    def turned(self, name: str, leaves: "LeafList") -> dict[str, Any]:
         """Turn and axes of the sensor by name; adds the leaves of the turn."""
         from jaxsat.satellites.leaves import XYZ, as_array
 

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from jaxsat.files.units import parsed_unit
 from jaxsat.satellites.kinds.common import CurrentUnit, Normals, SensorKeys
 from jaxsat.satellites.sections.fitted import Fitted, PositiveScalar, UnitText, panel_names, plain
 from jaxsat.setting_types import NonNegative, Section
-from jaxsat.units import parsed_unit
 
 if TYPE_CHECKING:
     from jaxsat.satellites.leaves import LeafList

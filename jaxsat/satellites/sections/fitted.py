@@ -6,8 +6,8 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, model_validator
 
+from jaxsat.files.units import parsed_unit
 from jaxsat.setting_types import Interval, Section
-from jaxsat.units import parsed_unit
 
 NAMED_AXES = {"+x": (1.0, 0, 0), "-x": (-1.0, 0, 0), "+y": (0, 1.0, 0), "-y": (0, -1.0, 0), "+z": (0, 0, 1.0)} | {
     "-z": (0.0, 0, -1.0)
