@@ -8,10 +8,11 @@ from jaxtyping import Array, Float
 
 from jaxsat.constants import AU, EARTH_ROTATION_RATE
 from jaxsat.environment.atmosphere import ExponentialAtmosphere
+from jaxsat.environment.commands import Commands
 from jaxsat.environment.magnetic import AbstractMagneticField
 from jaxsat.environment.orbit import AbstractOrbit
 from jaxsat.environment.shadow import ConeShadow, CylinderShadow
-from jaxsat.environment.table import OrbitTable, tabulate_orbit
+from jaxsat.environment.table import OrbitTable, commanded, tabulate_orbit
 from jaxsat.math import float_array
 
 
@@ -33,6 +34,8 @@ class Surroundings(eqx.Module):
     sun: AbstractOrbit | None = None
     """Apparent position of the Sun, such as `Sun`, for the pressure of its light."""
     shadow: CylinderShadow | ConeShadow | None = None
+    commands: Commands | None = None
+    """What the satellite's coils and wheels were commanded."""
 
     def __call__(self, times: Float[Array | np.ndarray, " n"]) -> OrbitTable:
         """Return the table at `times` [s]; see `tabulate_orbit`."""
@@ -42,7 +45,7 @@ class Surroundings(eqx.Module):
             to_sun, _ = jax.vmap(self.sun)(times)
             sun_distance = jnp.sqrt(jnp.sum(to_sun**2, axis=-1))
             sun_eci = to_sun / sun_distance[:, None]
-        return tabulate_orbit(
+        table = tabulate_orbit(
             self.orbit,
             times,
             self.field,
@@ -54,3 +57,4 @@ class Surroundings(eqx.Module):
             sun_distance=sun_distance,
             shadow=self.shadow,
         )
+        return table if self.commands is None else commanded(table, self.commands, times)

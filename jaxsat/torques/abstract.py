@@ -34,6 +34,10 @@ class BodyEnvironment(eqx.Module):
     """State of the hysteresis rods (`jaxsat.torques.hysteresis`)."""
     distance: Float[Array, ""] | None = None
     """Length of `position_body`, the same in all axes [m]; None where nobody has worked it out."""
+    commands: dict[str, Float[Array, ""]] | None = None
+    """What coils and wheels were commanded, by the name of the column."""
+    command_rates: dict[str, Float[Array, ""]] | None = None
+    """Rates of commands that change in a straight line [1/s]."""
 
 
 class AbstractTorque(eqx.Module):
