@@ -26,7 +26,11 @@ def leaf(satellite: Satellite, name: str):
 def value(satellite: Satellite, name: str) -> float:
     """Nominal value of a leaf, SI."""
     return dict(
-        zip((each.name for each in satellite.leaves), nominal_values(satellite.model, satellite.leaves), strict=True)
+        zip(
+            (each.name for each in satellite.leaves),
+            nominal_values(satellite.model, [each.spot for each in satellite.leaves]),
+            strict=True,
+        )
     )[name]
 
 
@@ -107,9 +111,10 @@ def test_parts_and_the_places_of_their_numbers(file):
 
 def test_every_leaf_is_where_it_says(file):
     found = read(file(BODY + PARTS + MAG + SUN + STAR))
-    nominal = nominal_values(found.model, found.leaves)
+    spots = [each.spot for each in found.leaves]
+    nominal = nominal_values(found.model, spots)
     changed = nominal * 1.25 + np.arange(1.0, nominal.size + 1.0)
-    again = nominal_values(with_values(found.model, found.leaves, jax.numpy.asarray(changed)), found.leaves)
+    again = nominal_values(with_values(found.model, spots, jax.numpy.asarray(changed)), spots)
     assert np.array_equal(again, changed)
     names = [each.name for each in found.leaves]
     assert len(set(names)) == len(names)
@@ -281,7 +286,7 @@ WRONG = [
     ('column = "utc"', 'column = "utc"\nzone = "CET"', "time.zone", "pattern"),
     ("[time]", '[rows]\nkeep = ["mode = 0"]\n[time]', "rows.keep[0]", "is no condition"),
     ("[time]", "[rows]\nkeep = [\"open('x')\"]\n[time]", "rows.keep[0]", "is no comparison"),
-    ("elements =", 'tle = "a"\nelements =', "orbit", "found tle and elements"),
+    ("[orbit.elements]", '[orbit]\ntle = "a"\n[orbit.elements]', "orbit", "found tle and elements"),
     ("a_km = 6900", "a_km = 690", "orbit.elements.a_km", "greater than 6000"),
     (
         'epoch = "2021-05-01T00:00:00Z"',

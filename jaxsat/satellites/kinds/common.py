@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from jaxsat.files.units import parsed_unit
-from jaxsat.satellites.sections.fitted import Direction, Triple, plain
+from jaxsat.satellites.sections.fitted import Direction, Triple, plain, to_direction
 from jaxsat.setting_types import Section
 
 if TYPE_CHECKING:
