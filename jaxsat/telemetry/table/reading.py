@@ -40,6 +40,10 @@ class _Rows:
     texts: dict[str, np.ndarray]
     """Texts of the columns that conditions compare with texts."""
 
+    def instant(self, place: int) -> tuple[float, float]:
+        """TAI of a row."""
+        return float(self.tai[0][place]), float(self.tai[1][place])
+
 
 def read_tables(paths: str | Path | Sequence[str | Path], satellite: Satellite) -> TableSession:
     """Returns the session of one table or of several, joined by time; see `jaxsat.telemetry.read_telemetry`.
@@ -57,11 +61,10 @@ def read_tables(paths: str | Path | Sequence[str | Path], satellite: Satellite) 
     used = _stamped(rows, satellite.time.column, rejections) & _kept(rows, conditions, rejections)
     if not used.any():
         raise InputError(f"no row is left of {used.size}: {_why(rejections)}", file=files[0].path)
-    # Of equal instants the first in the files: they are told apart by order alone.
     order = np.flatnonzero(used)
-    t_all = seconds_after(rows.tai, (rows.tai[0][order[0]], rows.tai[1][order[0]]))
-    first = order[np.argmin(t_all[order])]
-    t_all = seconds_after(rows.tai, (rows.tai[0][first], rows.tai[1][first]))
+    t_all = seconds_after(rows.tai, rows.instant(int(order[0])))
+    zero = rows.instant(int(order[np.argmin(t_all[order])]))
+    t_all = seconds_after(rows.tai, zero)
     remarks = _backward(rows, t_all, used)
     order = order[np.argsort(t_all[order], kind="stable")]
     channels = {name: _channel(name, satellite, rows, t_all, order, rejections) for name in satellite.channels}
@@ -74,7 +77,7 @@ def read_tables(paths: str | Path | Sequence[str | Path], satellite: Satellite) 
     for name, (t, _) in columns.items():
         if not t.size:
             raise InputError("holds no number", file=files[0].path, field=name)
-    epoch = as_epoch((float(rows.tai[0][first]), float(rows.tai[1][first])))
+    epoch = as_epoch(zero)
     named = _named(satellite, conditions)
     return TableSession(
         paths=tuple(file.path for file in files),
