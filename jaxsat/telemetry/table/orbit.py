@@ -30,14 +30,14 @@ _STEP_S = 60.0
 _NODES = 4
 
 
-def orbit_for(satellite: Satellite, session: TableSession) -> AbstractOrbit:
-    """Returns the orbit, true equator and equinox of date, over the session and `MARGIN_S` on both sides.
+def orbit_for(satellite: Satellite, session: TableSession, *, margin: float = MARGIN_S) -> AbstractOrbit:
+    """Returns the orbit, true equator and equinox of date, over the session and a margin [s] on both sides.
 
     Of several element sets the one nearest to the middle of the session is taken. Raises `InputError` with the file
     where it is none, or does not reach over the session.
     """
     first, last = session.span_s
-    start, stop = first - MARGIN_S, last + MARGIN_S
+    start, stop = first - margin, last + margin
     settings, epoch = satellite.orbit, session.epoch
     if settings.elements is not None:
         return _kepler(settings.elements, epoch)
@@ -102,7 +102,7 @@ def _from_ephemeris(
             break
     else:
         shown = " to ".join(epoch.shifted(each).iso(0) for each in (start, stop))
-        reason = f"no segment reaches over the session with {MARGIN_S:g} s on both sides, {shown} UTC"
+        reason = f"no segment reaches over the session with its margins, {shown} UTC"
         raise InputError(reason, file=path)
     if segment.center_name.upper() != "EARTH":
         raise InputError(
