@@ -2,6 +2,7 @@
 
 from jaxsat.math import quaternion as quaternion
 from jaxsat.math.arrays import float_array as float_array
+from jaxsat.math.arrays import optional_array as optional_array
 from jaxsat.math.harmonics import gradient_coefficients as gradient_coefficients
 from jaxsat.math.harmonics import harmonic_sums as harmonic_sums
 from jaxsat.math.matrix import inverse_3x3 as inverse_3x3

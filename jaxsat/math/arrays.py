@@ -12,3 +12,8 @@ def float_array(x: ArrayLike) -> Float[Array, "..."]:
     Plain numbers go through NumPy: converted by JAX, each would compile a program of its own.
     """
     return jnp.asarray(x, float) if isinstance(x, jax.Array) else jnp.asarray(np.asarray(x, dtype=float))
+
+
+def optional_array(x: ArrayLike | None) -> Float[Array, "..."] | None:
+    """`float_array` of what may be absent."""
+    return None if x is None else float_array(x)

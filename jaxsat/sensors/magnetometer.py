@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxsat.math import float_array, unit
+from jaxsat.math import float_array, optional_array, unit
 from jaxsat.sensors.abstract import AbstractSensor, Sight
 from jaxsat.sensors.mounting import (
     BODY_AXES,
@@ -44,9 +44,7 @@ class Magnetometer(AbstractSensor):
     """Rotation vector of the sensor's axes from those of the body [rad]."""
     axes: Float[Array, "channels 3"] = eqx.field(converter=float_array, default=BODY_AXES)
     """Row k is the direction that column k reads."""
-    stray: Float[Array, "sources 3"] | None = eqx.field(
-        converter=lambda x: None if x is None else float_array(x), default=None
-    )
+    stray: Float[Array, "sources 3"] | None = eqx.field(converter=optional_array, default=None)
     """What each source adds, sensor axes [T]: the body faces +x -x +y -y +z -z square in the Sun, or a unit of each of
     `stray_columns`."""
     stray_columns: tuple[str, ...] = eqx.field(static=True, default=())
@@ -97,7 +95,7 @@ class Magnetometer(AbstractSensor):
             # How much of a direction is bias depends on the length that it does not tell.
             read, bias = read * _length(read, back, bias)[:, None], np.broadcast_to(bias, read.shape)
             error = np.hypot(error * TYPICAL_FIELD, np.linalg.norm(bias[0]) * FIELD_SPREAD / TYPICAL_FIELD)
-        return directions_of((read - bias) @ back.T, error * np.linalg.norm(back, 2))
+        return directions_of((read - bias) @ back.T, float(error * np.linalg.norm(back, 2)))
 
     def _stray_size(self) -> float:
         # Of columns nobody knows here how large they are.

@@ -6,19 +6,15 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, Float
 
-from jaxsat.math import float_array, quaternion
+from jaxsat.math import float_array, optional_array, quaternion
 from jaxsat.sensors.abstract import AbstractSensor, Sight
 from jaxsat.sensors.sunlight.sun_of_cells import sun_of_cells
 from jaxsat.sensors.view import View
 
 DIMMING = 0.3
 """1-sigma of what a full battery takes off all currents alike, over the Sun's: for directions alone."""
-
-
-def _optional(x: ArrayLike | None) -> Float[Array, "..."] | None:
-    return None if x is None else float_array(x)
 
 
 def axes_across(normal: Float[Array, "3"]) -> Float[Array, "2 3"]:
@@ -42,7 +38,7 @@ class Panels(AbstractSensor):
     """Current of a panel of gain one that faces the Sun [A]."""
     gain: Float[Array, " n"] = eqx.field(converter=float_array)
     """Current of each over that, at equal light."""
-    tilts: Float[Array, "n 2"] | None = eqx.field(converter=_optional, default=None)
+    tilts: Float[Array, "n 2"] | None = eqx.field(converter=optional_array, default=None)
     """Turns of each panel off its place about its `axes_across` [rad]."""
     earthlight: bool = eqx.field(static=True, default=True)
 

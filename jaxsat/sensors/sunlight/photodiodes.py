@@ -5,16 +5,12 @@ from typing import ClassVar, Literal
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, Float
 
-from jaxsat.math import angle_between, float_array
+from jaxsat.math import angle_between, float_array, optional_array
 from jaxsat.sensors.abstract import AbstractSensor, Sight
-from jaxsat.sensors.sunlight.sun_of_cells import sun_of_cells
+from jaxsat.sensors.sunlight.sun_of_cells import Cells, sun_of_cells
 from jaxsat.sensors.view import View
-
-
-def _optional(x: ArrayLike | None) -> Float[Array, "..."] | None:
-    return None if x is None else float_array(x)
 
 
 def power_response(
@@ -37,13 +33,13 @@ class Photodiodes(AbstractSensor):
     """Unit vectors along which each cell looks, body axes."""
     gain: Float[Array, " n"] = eqx.field(converter=float_array)
     """Reading with the Sun on the axis."""
-    limit: Float[Array, ""] | None = eqx.field(converter=_optional, default=None)
+    limit: Float[Array, ""] | None = eqx.field(converter=optional_array, default=None)
     """Angle of the Sun from which a cell of `power` law sees nothing [rad]."""
-    exponent: Float[Array, ""] | None = eqx.field(converter=_optional, default=None)
+    exponent: Float[Array, ""] | None = eqx.field(converter=optional_array, default=None)
     """Of the `power` law."""
-    table_angle: Float[Array, " k"] | None = eqx.field(converter=_optional, default=None)
+    table_angle: Float[Array, " k"] | None = eqx.field(converter=optional_array, default=None)
     """Rising angles of the `table` law [rad]; beyond the last one nothing is seen."""
-    table_value: Float[Array, " k"] | None = eqx.field(converter=_optional, default=None)
+    table_value: Float[Array, " k"] | None = eqx.field(converter=optional_array, default=None)
     """Response there, one on the axis."""
     response: Literal["cosine", "power", "table"] = eqx.field(static=True, default="cosine")
     """Law of the Sun's light. That of the Earth, which comes from all sides, always counts by the cosine."""
@@ -62,12 +58,12 @@ class Photodiodes(AbstractSensor):
         return self.gain * (seen + view.earthlight(self.normals) if self.earthlight else seen)
 
     def _sunlight(self, view: View) -> Float[Array, " n"]:
-        if self.response == "cosine":
-            return view.sunlight(self.normals)
         angle = angle_between(self.normals, jnp.broadcast_to(view.sun, self.normals.shape))
-        if self.limit is not None and self.exponent is not None:
+        if self.response == "power" and self.limit is not None and self.exponent is not None:
             return view.lit.illumination * power_response(angle, self.limit, self.exponent)
-        return view.lit.illumination * jnp.interp(angle, self.table_angle, self.table_value, right=0.0)
+        if self.response == "table" and self.table_angle is not None and self.table_value is not None:
+            return view.lit.illumination * jnp.interp(angle, self.table_angle, self.table_value, right=0.0)
+        return view.sunlight(self.normals)
 
     def direct(
         self, readings: Float[np.ndarray, "n cells"], sigma: float
@@ -76,19 +72,16 @@ class Photodiodes(AbstractSensor):
         gain = np.asarray(self.gain, float)
         return sun_of_cells(readings / gain, sigma / np.abs(gain), self._cells_on_host(), earthlight=self.earthlight)
 
-    def _cells_on_host(self):
+    def _cells_on_host(self) -> Cells:
         normals = np.asarray(self.normals, float)
-        limit, exponent, angles, values = (
-            None if x is None else np.asarray(x, float)
-            for x in (self.limit, self.exponent, self.table_angle, self.table_value)
-        )
 
-        def cells(sun):
-            cosine = np.clip(sun @ normals.T, -1.0, 1.0)
-            if self.response == "cosine":
-                return np.maximum(cosine, 0.0)
-            if self.response == "power":
-                return 1.0 - np.minimum(np.arccos(cosine) / limit, 1.0) ** exponent
-            return np.interp(np.arccos(cosine), angles, values, right=0.0)
+        def angle(sun):
+            return np.arccos(np.clip(sun @ normals.T, -1.0, 1.0))
 
-        return cells
+        if self.response == "power" and self.limit is not None and self.exponent is not None:
+            limit, exponent = float(self.limit), float(self.exponent)
+            return lambda sun: 1.0 - np.minimum(angle(sun) / limit, 1.0) ** exponent
+        if self.response == "table" and self.table_angle is not None and self.table_value is not None:
+            angles, values = np.asarray(self.table_angle, float), np.asarray(self.table_value, float)
+            return lambda sun: np.interp(angle(sun), angles, values, right=0.0)
+        return lambda sun: np.maximum(sun @ normals.T, 0.0)

@@ -1,0 +1,96 @@
+"""What the keys of all sensors have in common."""
+
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+import numpy as np
+from pydantic import AfterValidator, BeforeValidator, Field
+
+from jaxsat.satellites.sections.fitted import Direction, Triple, _direction, plain
+from jaxsat.setting_types import Section
+from jaxsat.units import Unit, parsed_unit
+
+if TYPE_CHECKING:
+    from jaxsat.satellites.leaves import LeafList
+    from jaxsat.sensors.abstract import AbstractSensor
+
+
+class SensorKeys(Section):
+    """A section `[sensors.NAME]`."""
+
+    kind: str
+    quantity: ClassVar[str | None] = None
+    """SI unit of what its columns hold; None: that of the section's own `unit`."""
+
+    @property
+    def columns(self) -> int | None:
+        """How many columns it has, None where the file decides."""
+        return 3
+
+    def reading_unit(self) -> str | None:
+        """SI unit that its channel must have, None for any."""
+        return self.quantity
+
+    def built(self, name: str, leaves: "LeafList") -> "AbstractSensor":
+        """The sensor; its numbers are added to the leaves."""
+        raise NotImplementedError
+
+
+def _axes(found: Any) -> Any:
+    if isinstance(found, str):
+        if found not in ("unknown", "mirrored"):
+            raise ValueError(
+                'expected three directions such as ["+x", "-z", "+y"], 3 x 3 numbers, "unknown" or "mirrored"'
+            )
+        return found
+    if not isinstance(found, list | tuple) or len(found) != 3:
+        raise ValueError('expected three directions such as ["+x", "-z", "+y"], 3 x 3 numbers, "unknown" or "mirrored"')
+    rows = np.array([_direction(row) for row in found])
+    if not np.allclose(rows @ rows.T, np.eye(3), rtol=0.0, atol=1e-3):
+        raise ValueError("expected three directions at right angles to each other")
+    return tuple(map(tuple, rows.tolist()))
+
+
+Axes = Annotated[Any, BeforeValidator(_axes)]
+"""Body direction that each column reads."""
+NO_AXES = tuple(map(tuple, np.eye(3).tolist()))
+
+Normals = Annotated[tuple[Direction, ...], Field(strict=False, min_length=1)]
+
+
+def axes_matrix(axes: Any) -> np.ndarray:
+    """[3 3]; the identity where they are not known."""
+    return np.eye(3) if isinstance(axes, str) else np.asarray(axes, float)
+
+
+class TurnedKeys(SensorKeys):
+    """A sensor with axes of its own, nearly those of the body or of `axes`."""
+
+    axes: Axes = NO_AXES
+    turn: Triple = plain((0.0, 0.0, 0.0))
+    """Rotation vector from the body's axes to the sensor's [rad]."""
+
+    def turned(self, name: str, leaves: "LeafList") -> dict[str, np.ndarray]:
+        """Turn and axes of the sensor by name; adds the leaves of the turn."""
+        from jaxsat.satellites.leaves import XYZ, as_array
+
+        leaves.add(f"{name}.turn", f"sensors.{name}.turn", self.turn, XYZ, unit="rad", loose=0.2)
+        return {"turn": as_array(self.turn, 3), "axes": axes_matrix(self.axes)}
+
+
+def _of_quantity(*quantities: str):
+    def check(text: str) -> str:
+        if parsed_unit(text).quantity not in quantities:
+            raise ValueError(f"expected a unit of {' or '.join(quantities)}")
+        return text
+
+    return AfterValidator(check)
+
+
+FieldUnit = Annotated[str, _of_quantity("T")]
+RateUnit = Annotated[str, _of_quantity("rad/s")]
+CurrentUnit = Annotated[str, _of_quantity("A")]
+
+
+def unit_of(text: str) -> Unit:
+    """The unit of a text that has been checked."""
+    return parsed_unit(text)

@@ -1,0 +1,236 @@
+"""From tables and what the satellite file says of them to a session: units, stamps, rows left out, channels apart."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from jaxsat.errors import InputError
+from jaxsat.files.conditions import Condition, parsed_condition
+from jaxsat.satellites.satellite import Satellite
+from jaxsat.telemetry.table.cells import numbers
+from jaxsat.telemetry.table.raw import RawTable, read_raw_table
+from jaxsat.telemetry.table.session import Channel, RejectedRow, TableSession
+from jaxsat.telemetry.table.stamps import as_epoch, instants, seconds_after
+from jaxsat.units import parsed_unit
+
+NO_STAMP = "no stamp"
+REPEATED = "the same reading again"
+SECOND_READING = "another reading of an instant that has one"
+
+_FAR_S = 10 * 86400.0
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Rows of all files behind each other."""
+
+    files: tuple[RawTable, ...]
+    file: np.ndarray
+    """[rows] which of the files."""
+    row: np.ndarray
+    """[rows] line in it."""
+    tai: tuple[np.ndarray, np.ndarray]
+    columns: dict[str, np.ndarray]
+    """Numbers by column, as in the table; NaN where not measured or not in that file."""
+    texts: dict[str, np.ndarray]
+    """Texts of the columns that conditions compare with texts."""
+
+
+def read_tables(paths: str | Path | Sequence[str | Path], satellite: Satellite) -> TableSession:
+    """Returns the session of one table or of several, joined by time; see `jaxsat.telemetry.read_telemetry`.
+
+    Every row that is left out is in `rejections`. Raises `InputError` with file, row and column for what is no table
+    of this satellite, and where nothing usable is left.
+    """
+    listed = [paths] if isinstance(paths, str | Path) else list(paths)
+    if not listed:
+        raise InputError("expected at least one table, got none")
+    files = tuple(read_raw_table(path) for path in listed)
+    conditions = [parsed_condition(text) for text in satellite.rows.keep]
+    rows = _joined(files, satellite, conditions)
+    rejections: list[RejectedRow] = []
+    used = _stamped(rows, satellite.time.column, rejections) & _kept(rows, conditions, rejections)
+    if not used.any():
+        raise InputError(f"no row is left of {used.size}: {_why(rejections)}", file=files[0].path)
+    # Of equal instants the first in the files: they are told apart by order alone.
+    order = np.flatnonzero(used)
+    t_all = seconds_after(rows.tai, (rows.tai[0][order[0]], rows.tai[1][order[0]]))
+    first = order[np.argmin(t_all[order])]
+    t_all = seconds_after(rows.tai, (rows.tai[0][first], rows.tai[1][first]))
+    remarks = _backward(rows, t_all, used)
+    order = order[np.argsort(t_all[order], kind="stable")]
+    channels = {name: _channel(name, satellite, rows, t_all, order, rejections) for name in satellite.channels}
+    if not any(channel.t_s.size for channel in channels.values()):
+        raise InputError("holds no reading of any channel", file=files[0].path)
+    remarks += [f"{name}: no reading" for name, channel in channels.items() if not channel.t_s.size]
+    columns = {
+        name: _column(name, parsed_unit(unit).factor, rows, t_all, order) for name, unit in satellite.columns.items()
+    }
+    for name, (t, _) in columns.items():
+        if not t.size:
+            raise InputError("holds no number", file=files[0].path, field=name)
+    epoch = as_epoch((float(rows.tai[0][first]), float(rows.tai[1][first])))
+    named = _named(satellite, conditions)
+    session = TableSession(
+        paths=tuple(file.path for file in files),
+        sha256=tuple(file.sha256 for file in files),
+        epoch=epoch,
+        channels=channels,
+        columns=columns,
+        rejections=tuple(
+            sorted(rejections, key=lambda each: (listed.index(each.path) if each.path in listed else 0, each.row))
+        ),
+        remarks=tuple(remarks),
+        unused=tuple(dict.fromkeys(name for file in files for name in file.columns if name not in named)),
+    )
+    return session
+
+
+def _named(satellite: Satellite, conditions: Sequence[Condition]) -> dict[str, bool]:
+    """Columns that the satellite file names, and whether they hold numbers that must be read."""
+    names = {satellite.time.column: False}
+    names |= {name: False for condition in conditions for name in condition.texts}
+    names |= {name: True for condition in conditions for name in condition.columns if name not in condition.texts}
+    names |= {name: True for channel in satellite.channels.values() for name in channel.columns if name}
+    names |= dict.fromkeys(satellite.columns, True)
+    if satellite.motion.columns:
+        names |= dict.fromkeys(satellite.motion.columns, True)
+    if satellite.orbit.columns:
+        names |= dict.fromkeys(satellite.orbit.columns.position, True)
+    return names
+
+
+def _joined(files: tuple[RawTable, ...], satellite: Satellite, conditions: Sequence[Condition]) -> _Rows:
+    for name in _named(satellite, conditions):
+        if name != satellite.time.column and not any(name in file.columns for file in files):
+            # The error of the first file, which tells what is like it.
+            files[0].column(name)
+    stamps = [instants(file, satellite.time) for file in files]
+    columns, texts = {}, {}
+    for name, numeric in _named(satellite, conditions).items():
+        if numeric:
+            columns[name] = np.concatenate([_numbers(file, name, satellite) for file in files])
+        elif name != satellite.time.column:
+            texts[name] = np.concatenate([_texts(file, name) for file in files])
+    return _Rows(
+        files=files,
+        file=np.repeat(np.arange(len(files)), [file.rows.size for file in files]),
+        row=np.concatenate([file.rows for file in files]),
+        tai=(np.concatenate([each[0] for each in stamps]), np.concatenate([each[1] for each in stamps])),
+        columns=columns,
+        texts=texts,
+    )
+
+
+def _numbers(file: RawTable, name: str, satellite: Satellite) -> np.ndarray:
+    if name not in file.columns:
+        return np.full(file.rows.size, np.nan)
+    return numbers(file, name, satellite.rows.not_measured)
+
+
+def _texts(file: RawTable, name: str) -> np.ndarray:
+    if name not in file.columns:
+        return np.full(file.rows.size, "", dtype=object)
+    return np.array([str(cell) for cell in file.columns[name]], dtype=object)
+
+
+def _reject(rows: _Rows, places: np.ndarray, column: str, reason: str, details: Sequence[str]) -> list[RejectedRow]:
+    return [
+        RejectedRow(rows.files[rows.file[k]].path, int(rows.row[k]), column, reason, detail)
+        for k, detail in zip(places.tolist(), details, strict=True)
+    ]
+
+
+def _stamped(rows: _Rows, column: str, rejections: list[RejectedRow]) -> np.ndarray:
+    known = np.isfinite(rows.tai[1])
+    missing = np.flatnonzero(~known)
+    rejections += _reject(rows, missing, column, NO_STAMP, ["empty"] * missing.size)
+    return known
+
+
+def _kept(rows: _Rows, conditions: Sequence[Condition], rejections: list[RejectedRow]) -> np.ndarray:
+    used = np.ones(rows.row.size, dtype=bool)
+    for condition in conditions:
+        values = {
+            name: rows.texts[name] if name in condition.texts else rows.columns[name] for name in condition.columns
+        }
+        against = np.flatnonzero(condition.violated(values) & used)
+        details = [", ".join(f"{name} = {_shown(values[name][k])}" for name in condition.columns) for k in against]
+        rejections += _reject(rows, against, ", ".join(condition.columns), f"not {condition.text}", details)
+        used[against] = False
+    return used
+
+
+def _shown(value: object) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _backward(rows: _Rows, t_s: np.ndarray, used: np.ndarray) -> list[str]:
+    """Where stamps of a file fall, in words."""
+    remarks = []
+    for number, file in enumerate(rows.files):
+        places = np.flatnonzero(used & (rows.file == number))
+        falls = places[1:][np.diff(t_s[places]) < 0.0]
+        if falls.size:
+            where = ", ".join(str(rows.row[k]) for k in falls[:5]) + (", ..." if falls.size > 5 else "")
+            remarks.append(
+                f"{file.path.name}: stamps go back {falls.size} times, at row {where}; rows are put in order"
+            )
+    return remarks
+
+
+def _channel(
+    name: str, satellite: Satellite, rows: _Rows, t_s: np.ndarray, order: np.ndarray, rejections: list[RejectedRow]
+) -> Channel:
+    settings = satellite.channels[name]
+    unit = parsed_unit(settings.unit)
+    missing = np.full(rows.row.size, np.nan)
+    values = np.stack([rows.columns[column] if column else missing for column in settings.columns], axis=1)
+    places = order[np.isfinite(values[order]).any(axis=1)]
+    places = _once(rows, t_s, values, places, name, rejections)
+    quantum = None if settings.quantum is None else settings.quantum * unit.factor
+    noise = 0.0 if settings.sigma is None else settings.sigma * unit.factor
+    return Channel(
+        name=name,
+        t_s=t_s[places],
+        values=values[places] * unit.factor,
+        # Rounding to a step is a uniform error of variance step^2 / 12.
+        sigma=math.hypot(noise, (quantum or 0.0) / math.sqrt(12.0)),
+        unit=settings.unit,
+        to_unit=1.0 / unit.factor,
+        quantum=quantum,
+        columns=settings.columns,
+    )
+
+
+def _once(
+    rows: _Rows, t_s: np.ndarray, values: np.ndarray, places: np.ndarray, name: str, rejections: list[RejectedRow]
+) -> np.ndarray:
+    """Of several readings of one instant the first; the others are rejected."""
+    again = np.flatnonzero(np.diff(t_s[places], prepend=-np.inf) <= 0.0)
+    if not again.size:
+        return places
+    kept = np.setdiff1d(np.arange(places.size), again)
+    earlier = kept[np.searchsorted(kept, again, side="right") - 1]
+    same = (np.nan_to_num(values[places[again]]) == np.nan_to_num(values[places[earlier]])).all(axis=1)
+    for reason, which in ((REPEATED, same), (SECOND_READING, ~same)):
+        details = [f"row {rows.row[places[k]]} has {t_s[places[k]]:g} s too" for k in earlier[which]]
+        rejections += _reject(rows, places[again[which]], name, reason, details)
+    return places[kept]
+
+
+def _column(name: str, factor: float, rows: _Rows, t_s: np.ndarray, order: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Times and SI values where the column is measured; of one instant the last, which is the command that holds."""
+    places = order[np.isfinite(rows.columns[name][order])]
+    places = places[np.diff(t_s[places], append=np.inf) > 0.0]
+    return t_s[places], rows.columns[name][places] * factor
+
+
+def _why(rejections: list[RejectedRow]) -> str:
+    counts: dict[str, int] = {}
+    for each in rejections:
+        counts[each.reason] = counts.get(each.reason, 0) + 1
+    return ", ".join(f"{reason} ({count})" for reason, count in counts.items())
