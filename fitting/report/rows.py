@@ -71,6 +71,7 @@ def _weak(result: "FitResult") -> str:
 
 
 def medians(values: np.ndarray) -> str:
+    """Returns the median of each column of `values` [time columns] as text."""
     columns = np.atleast_2d(values.T)
     return ", ".join(
         value_text(float(np.median(c[np.isfinite(c)])), 2) if np.isfinite(c).any() else "n/a" for c in columns

@@ -6,7 +6,7 @@ import numpy as np
 
 from fitting.outcome.result import FittedParameter
 from fitting.outcome.sensed_result import AMBIGUOUS_VERDICT, FITS, FITS_ONLY, PREDICTS, SensedResult
-from fitting.outcome.worth import part_of
+from fitting.parameters.names import part_of
 from fitting.report.rows import medians, parameter_rows
 from jaxsat.report import Verdict
 from jaxsat.significant import count_text, spans_text, unit_text, value_text

@@ -14,17 +14,18 @@ ATTITUDE_KIND = "StarTracker"
 
 
 def readings_of(channel: ChannelFit) -> Readings:
-    """The channel's arrays; of the two signs of a modelled quaternion that of the measured one."""
-    modelled, count = channel.modelled, channel.residual.shape[1]
+    """The channel's arrays; quaternions without a change of sign from sample to sample, measured ones as modelled."""
+    measured, modelled, count = channel.measured, channel.modelled, channel.residual.shape[1]
     if channel.kind == ATTITUDE_KIND:
-        overlap = np.nansum(channel.measured * modelled, axis=1, keepdims=True)
-        modelled = np.where(overlap < 0.0, -modelled, modelled)
+        turned = np.einsum("ni,ni->n", modelled[1:], modelled[:-1]) < 0.0
+        modelled = np.where(np.concatenate([[False], turned])[:, None].cumsum(axis=0) % 2, -modelled, modelled)
+        measured = np.where(np.nansum(measured * modelled, axis=1, keepdims=True) < 0.0, -measured, measured)
     same = count == len(channel.columns)
     others = TURNS if count == len(TURNS) else tuple(f"difference {k + 1}" for k in range(count))
     return Readings(
         t_s=channel.t_s,
         columns=tuple(channel.columns),
-        measured=channel.measured,
+        measured=measured,
         modelled=modelled,
         differences=tuple(channel.columns) if same else others,
         residual=channel.residual,

@@ -46,7 +46,7 @@ def channel_columns(readings: Readings, unit: str) -> dict[str, str]:
     turns = [name.replace(" ", "_") for name in readings.differences]
     return {
         **TIME_COLUMNS,
-        **{f"measured_{name}": "as the telemetry has it" for name in own},
+        **{f"measured_{name}": "as the telemetry has it, a quaternion with the sign of the model" for name in own},
         **{f"modelled_{name}": "by the fit, without noise" for name in own},
         **{f"residual_{name}_sigma": "measured less modelled, in sigmas of a reading" for name in turns},
         **{f"promised_{name}_sigma": "its 1-sigma by noise and covariance of the fit" for name in turns},

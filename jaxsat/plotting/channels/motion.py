@@ -7,6 +7,8 @@ from matplotlib.figure import Figure
 from jaxsat.plotting.channels.timeline import Timeline
 from jaxsat.plotting.style import AXIS_COLOURS, FAINT, INK, dress, head, new_figure, nice_ceiling
 
+HEIGHT_IN = 5.6
+
 
 def draw_motion(
     t_s: np.ndarray,
@@ -18,8 +20,8 @@ def draw_motion(
     subtitle: str = "",
 ) -> Figure:
     """Returns the picture of rates [time 3] about the body axes; below, the attitude's 1-sigma [time 3] about them."""
-    figure = new_figure(9.6, 5.4, title, subtitle)
-    frame = {"left": 0.075, "right": 0.985, "top": 0.84, "bottom": 0.09, "hspace": 0.26}
+    figure = new_figure(9.6, HEIGHT_IN, title, subtitle)
+    frame = {"left": 0.075, "right": 0.985, "top": 0.81, "bottom": 0.09, "hspace": 0.26}
     upper, lower = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.6, 1.0], **frame})
     _curves(upper, t_s, rate_deg_s, "", dots=True)
     _curves(lower, t_s, attitude_sigma_deg, "about ")
@@ -32,11 +34,11 @@ def draw_motion(
         lower.text(0.5, 0.5, "1σ unknown", transform=lower.transAxes, ha="center", va="center", color=FAINT, fontsize=9)
     for axes in (upper, lower):
         dress(axes)
-        timeline.dress(axes, names=axes is upper)
+        timeline.dress(axes)
     lower.set_xlabel("time since epoch, s", fontsize=9, color=INK)
     handles = [*upper.get_lines()[::2], *timeline.legend()]
     figure.legend(
-        handles=handles, loc="upper left", ncols=6, fontsize=8.5, frameon=False, bbox_to_anchor=(0.002, 1.0 - 0.52 / 5.4)
+        handles=handles, loc="upper left", ncols=6, fontsize=8.5, frameon=False, bbox_to_anchor=(0.002, 1.0 - 0.52 / HEIGHT_IN)
     )
     return figure
 

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from jaxsat.plotting.channels.timeline import Timeline, column_colours
 from jaxsat.plotting.style import FAINT, INK, LEFT_OUT, dress, head, new_figure, nice_ceiling
 
-TALL_IN, LOW_IN, GAP_IN = 1.75, 0.85, 0.5
+TALL_IN, LOW_IN, GAP_IN, CLOSE_IN = 1.75, 0.85, 0.38, 0.08
 TOP_IN, BOTTOM_IN = 1.05, 0.5
 NARROW = 3
 """Readings up to which they stand below each other; more of them stand in two columns."""
@@ -64,7 +64,7 @@ def draw_readings(readings: Readings, timeline: Timeline, *, unit: str, title: s
     if not r.paired:
         strips += [("residual", k) for k in range(len(r.differences))]
     across = 1 if len(r.columns) <= NARROW or not r.paired else 2
-    places = _places(strips, across)
+    places = _places(strips, across, r.paired)
     height = TOP_IN + BOTTOM_IN + max(bottom for _, _, bottom in places)
     figure = new_figure(5.6 * across + 3.8 * (across == 1), height, title, subtitle)
     colours = {"reading": column_colours(len(r.columns)), "residual": column_colours(len(r.differences))}
@@ -87,7 +87,7 @@ def draw_readings(readings: Readings, timeline: Timeline, *, unit: str, title: s
         axes.tick_params(labelbottom=last)
         if last:
             axes.set_xlabel("time since epoch, s", fontsize=9, color=INK)
-        timeline.dress(axes, names=top == 0.0)
+        timeline.dress(axes)
     crossed = not r.used.all()
     figure.legend(
         handles=_legend(crossed) + timeline.legend(),
@@ -102,17 +102,16 @@ def draw_readings(readings: Readings, timeline: Timeline, *, unit: str, title: s
     return figure
 
 
-def _places(strips: Sequence[tuple[str, int]], across: int) -> list[tuple[int, float, float]]:
-    """Column, upper and lower edge [in] of each strip; the readings fill the columns in turn."""
-    places, top, column = [], [0.0] * across, -1
-    for number, (kind, _) in enumerate(strips):
-        follows = kind == "residual" and number > 0 and strips[number - 1][0] == "reading"
-        column = column if follows and column >= 0 else (column + 1) % across
-        begin = top[column]
-        tall = TALL_IN if kind == "reading" else LOW_IN
+def _places(strips: Sequence[tuple[str, int]], across: int, paired: bool) -> list[tuple[int, float, float]]:
+    """Column, upper and lower edge [in] of each strip; readings fill the columns in turn, a residual follows its own."""
+    places: list[tuple[int, float, float]] = []
+    top, column = [0.0] * across, -1
+    for kind, _ in strips:
+        if kind == "reading" or not paired:
+            column = (column + 1) % across
+        begin, tall = top[column], TALL_IN if kind == "reading" else LOW_IN
         places.append((column, begin, begin + tall))
-        ahead = strips[number + 1][0] if number + 1 < len(strips) else ""
-        top[column] = begin + tall + (0.08 if kind == "reading" and ahead == "residual" else GAP_IN - 0.12)
+        top[column] = begin + tall + (CLOSE_IN if kind == "reading" and paired else GAP_IN)
     return places
 
 
@@ -131,7 +130,7 @@ def _draw_reading(axes: Axes, r: Readings, k: int, colour: str) -> None:
 
 
 def _draw_residual(axes: Axes, r: Readings, k: int, colour: str, limit: float) -> None:
-    t, residual, out = r.t_s, np.clip(r.residual[:, k], -limit, limit), ~r.used
+    t, residual, out = r.t_s, np.clip(r.residual[:, k], -0.9 * limit, 0.9 * limit), ~r.used
     axes.fill_between(t, -r.promised[:, k], r.promised[:, k], color=FAINT, alpha=0.3, linewidth=0, zorder=1)
     axes.axhline(0.0, color=FAINT, linewidth=0.8, zorder=2)
     axes.plot(t[r.used], residual[r.used], ".", color=colour, markersize=3.4, zorder=4)

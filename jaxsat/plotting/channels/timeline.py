@@ -8,7 +8,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
-from jaxsat.plotting.style import AXIS_COLOURS, FAINT, SHADOW, shadow_spans
+from jaxsat.plotting.style import AXIS_COLOURS, SHADOW, shadow_spans
 
 HELD_OUT = "#fdf0d5"
 _COLOURS = ("#14497a", "#c79a00", "#8e44ad", "#3f9fd8", "#2e8b3d", "#8a4b20", "#c2255c", "#0f766e")
@@ -30,17 +30,14 @@ class Timeline:
         shadow = [] if illumination is None else shadow_spans(t_s, np.asarray(illumination) > 0.5)
         return Timeline(float(t_s[0]), float(t_s[-1]), shadow, shadow_spans(t_s, fitted))
 
-    def dress(self, axes: Axes, *, names: bool = False) -> None:
-        """Gives axes these limits and shades, with the word `held out` in the latter where `names` is set."""
+    def dress(self, axes: Axes) -> None:
+        """Gives axes these limits and shades."""
         margin = 0.015 * (self.end - self.begin) or 1.0
         axes.set_xlim(self.begin - margin, self.end + margin)
         for spans, colour in ((self.held_out, HELD_OUT), (self.shadow, SHADOW)):
             for begin, end in spans:
                 # One over the other: shadow within what was held out stays in sight.
                 axes.axvspan(begin, end, color=colour, linewidth=0, zorder=0, alpha=0.8)
-        for begin, end in self.held_out if names else ():
-            place = {"ha": "center", "va": "top", "fontsize": 8, "color": FAINT}
-            axes.text(0.5 * (begin + end), 0.97, "held out", transform=axes.get_xaxis_transform(), **place)
 
     def legend(self) -> list[Artist]:
         """What the shades mean, of those that there are."""
