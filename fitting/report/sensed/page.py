@@ -89,7 +89,7 @@ def _picture(pictures: Mapping[str, bytes], file: str, alt: str) -> Picture | No
 
 def _tables(result: SensedResult) -> Iterator[Section]:
     rows = [(name, value, f"± {s}" if s else "", *rest) for name, value, s, *rest in worth_rows(result)]
-    yield Table("Parameters", ("parameter", "value", "1σ", "unit", "buys", "note"), rows, (1, 4), note=WORTH_NOTE)
+    yield Table("Parameters", ("parameter", "value", "1σ", "unit", "buys chi2", "note"), rows, (1, 4), note=WORTH_NOTE)
     parts = [(part, buys_text(rise)) for part, rise in result.buys.items()]
     yield Table("What each part buys", ("part", "rise of chi2 without it"), parts, (1,))
     others = alternative_rows(result)[:SHOWN_ALTERNATIVES]

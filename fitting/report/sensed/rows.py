@@ -4,7 +4,6 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from fitting.outcome.result import FittedParameter
 from fitting.outcome.sensed_result import AMBIGUOUS_VERDICT, FITS, FITS_ONLY, PREDICTS, SensedResult
 from fitting.parameters.names import part_of
 from fitting.report.rows import medians, parameter_rows
@@ -14,7 +13,7 @@ from jaxsat.telemetry import RejectedRow
 
 VERDICTS: dict[str, Verdict] = {PREDICTS: "good", FITS: "good", FITS_ONLY: "doubtful", AMBIGUOUS_VERDICT: "doubtful"}
 """All others are bad."""
-CHANNEL_COLUMNS = ("channel", "samples", "unit", "rms", "1σ", "held-out rms", "promised", "ratio", "angle")
+CHANNEL_COLUMNS = ("channel", "fitted", "unit", "rms", "1σ", "held-out rms", "promised", "ratio", "angle")
 CHANNEL_NUMBERS = (1, 3, 4, 5, 6, 7, 8)
 
 
@@ -118,7 +117,3 @@ def left_out_text(rejections: Iterable[RejectedRow]) -> str:
     rows = rejected_rows(rejections)
     return "; ".join(f"{count_text(int(count), 'cell or row', 'cells or rows')}: {reason}" for reason, count, *_ in rows)
 
-
-def free_of(parameters: Iterable[FittedParameter]) -> list[FittedParameter]:
-    """The fitted parameters."""
-    return [p for p in parameters if p.free]

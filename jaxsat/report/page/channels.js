@@ -76,11 +76,11 @@ export class ChannelCharts {
       height: 120,
       low,
       high,
-      ticks: ticks(low, high, 3),
+      ticks: ticks(low, high, 4),
       label: unit,
       draw: (paint) => {
         paint.line("line own", t, modelled);
-        paint.marks("dot", points(true));
+        paint.marks(`dot ${size(t)}`, points(true));
         paint.marks("cross", points(false));
       },
     };
@@ -98,7 +98,7 @@ export class ChannelCharts {
       draw: (paint) => {
         paint.band("promised", t, within.map((value) => value && -value), within);
         paint.line("line zero", [t[0], t.at(-1)], [0, 0]);
-        paint.marks("dot own", points(true));
+        paint.marks(`dot own ${size(t)}`, points(true));
         paint.marks("cross", points(false));
       },
     };
@@ -125,8 +125,8 @@ export class ChannelCharts {
     const now = el("output");
     clock.onChange(() => {
       const i = clock.sample();
-      const list = (row) => AXES.map((axis, k) => `${axis} ${short(row[k], 3)}`).join(", ");
-      now.textContent = `${list(rate[i])} deg/s; attitude 1σ about ${list(about[i])} deg`;
+      const list = (row, digits) => AXES.map((axis, k) => `${axis} ${fixed(row[k], digits)}`).join(", ");
+      now.textContent = `${list(rate[i], 4)} deg/s; attitude 1σ about ${list(about[i], 3)} deg`;
     });
     return [
       this.legend(AXES.map((axis) => [`about-${axis}`, `about body ${axis}`])),
@@ -134,6 +134,9 @@ export class ChannelCharts {
     ];
   }
 }
+
+// Many dots are small, so that the line below them is seen.
+const size = (t) => (t.length > 100 ? "fine" : "");
 
 function extremes(values) {
   let [low, high] = [Infinity, -Infinity];

@@ -24,7 +24,7 @@ export class Readouts {
     );
     const table = el(
       "table",
-      { class: "faces" },
+      { class: page.channels ? "faces many" : "faces" },
       this.caption,
       el("thead", {}, el("tr", {}, ...heads)),
       el("tbody", {}, ...this.rows.map((row) => row.element)),
