@@ -91,8 +91,9 @@ def look_around(prepared: PreparedSession, samples: Observations, *, at_once: bo
 
 
 def _sky(prepared: PreparedSession, samples: Observations) -> Sky:
-    numbers = (samples.greenwich_angle, samples.earth_rotation_rate, samples.earth_radius)
-    around = Around(samples.orbit, samples.field, *(np.asarray(float(x)) for x in numbers))
+    s = samples
+    angle, rate, radius = (np.asarray(float(x)) for x in (s.greenwich_angle, s.earth_rotation_rate, s.earth_radius))
+    around = Around(s.orbit, s.field, angle, rate, radius)
     return sky_over(around, samples.orbit, (float(samples.t[0]), float(samples.t[-1])), prepared.sun_eci)
 
 

@@ -46,8 +46,8 @@ def write_sensed(
     """Writes the files of one fit into the empty directory `stage`; returns warnings.
 
     `telemetry` and `label` are the session as it was named and for people; `settings` holds the settings of the fit,
-    its `seed` among them; `around` is what the orbit, the field angle and the page's view of the motion come from:
-    without it there are none. `name` and `size_m` are those of the satellite, `remarks` warnings that are there already.
+    its `seed` among them; `around` is what the orbit and the page's view of the motion come from: without it there are
+    none. `name` and `size_m` are those of the satellite, `remarks` warnings that are there already.
     """
     surroundings = None if around is None else Surroundings.of(result, around, epoch)
     scene = None if surroundings is None else surroundings.scene(result)

@@ -69,15 +69,17 @@ def sensed_page(
 
 
 CHANNEL_NOTE = (
-    "RMS of measured less modelled where it was fitted; where a part was held out, the same there beside what noise and "
-    "covariance of the fit promise for it: a ratio beyond 2 says that the model is wrong where it was not fitted. Angle: "
-    "median between the direction that the sensor saw and the one that the motion has there."
+    "RMS of measured less modelled where it was fitted; where a part was held out, the same there beside what noise "
+    "and covariance of the fit promise for it: a ratio beyond 2 says that the model is wrong where it was not fitted. "
+    "Angle: median between the direction that the sensor saw and the one that the motion has there."
 )
 
 
 def _live(result: SensedResult, pictures: Mapping[str, bytes]) -> Iterator[Live]:
     yield Live("motion", "Motion")
-    yield Live("rates", "Angular velocity and attitude", _picture(pictures, "attitude.png", "Rates and 1σ against time"))
+    yield Live(
+        "rates", "Angular velocity and attitude", _picture(pictures, "attitude.png", "Rates and 1σ against time")
+    )
     for number, (name, stem) in enumerate(file_stems(result.channels).items()):
         alt = f"Readings of {name} with residuals in sigmas, against time"
         yield Live(f"channel-{number}", f"Channel {name}", _picture(pictures, f"{stem}.png", alt))

@@ -46,5 +46,7 @@ def channel_text(result: SensedResult, name: str) -> str:
         parts.append(f"residual RMS {value_text(channel.rms, 3)} {unit}".strip())
     if channel.holdout is not None:
         held = channel.holdout
-        parts.append(f"held out {value_text(held.rms, 3)} {unit}".strip() + f", {held.sigma_ratio:.2f} times the promised")
+        parts.append(
+            f"held out {value_text(held.rms, 3)} {unit}".strip() + f", {held.sigma_ratio:.2f} times the promised"
+        )
     return ", ".join(parts) or "nothing fitted"

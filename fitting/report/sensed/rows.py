@@ -23,7 +23,7 @@ def verdict_text(result: SensedResult) -> str:
 
 
 def channel_rows(result: SensedResult) -> list[tuple[str, ...]]:
-    """Returns one row a channel with the columns of `CHANNEL_COLUMNS`; its angle is that of what was held out, if any."""
+    """Returns one row a channel with the columns of `CHANNEL_COLUMNS`; the angle is that of the held-out part, if any."""
     rows = []
     for name, c in result.channels.items():
         held, used = c.holdout, c.used & c.fitted
@@ -85,7 +85,8 @@ def sensed_facts(result: SensedResult) -> list[tuple[str, str]]:
     rate = np.degrees(np.linalg.norm(result.angular_velocity_rad_s, axis=1))
     facts.append(("angular rate", f"{rate.min():.3g} to {rate.max():.3g} deg/s"))
     facts += [(f"axes of {name}", ", ".join(axes)) for name, axes in result.axes.items()]
-    facts.append(("time", ", ".join(f"{name} {seconds:.1f} s" for name, seconds in result.timing_s.items())))
+    times = ", ".join(f"{name} {seconds:.1f} s" for name, seconds in result.timing_s.items() if seconds > 0.0)
+    facts.append(("time", times))
     return facts
 
 
@@ -115,5 +116,6 @@ def rejected_rows(rejections: Iterable[RejectedRow]) -> list[tuple[str, str, str
 def left_out_text(rejections: Iterable[RejectedRow]) -> str:
     """Returns how much of the table was left out, and why, in a line; empty where nothing was."""
     rows = rejected_rows(rejections)
-    return "; ".join(f"{count_text(int(count), 'cell or row', 'cells or rows')}: {reason}" for reason, count, *_ in rows)
-
+    return "; ".join(
+        f"{count_text(int(count), 'cell or row', 'cells or rows')}: {reason}" for reason, count, *_ in rows
+    )

@@ -38,7 +38,12 @@ def draw_motion(
     lower.set_xlabel("time since epoch, s", fontsize=9, color=INK)
     handles = [*upper.get_lines()[::2], *timeline.legend()]
     figure.legend(
-        handles=handles, loc="upper left", ncols=6, fontsize=8.5, frameon=False, bbox_to_anchor=(0.002, 1.0 - 0.52 / HEIGHT_IN)
+        handles=handles,
+        loc="upper left",
+        ncols=6,
+        fontsize=8.5,
+        frameon=False,
+        bbox_to_anchor=(0.002, 1.0 - 0.52 / HEIGHT_IN),
     )
     return figure
 

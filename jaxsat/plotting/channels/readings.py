@@ -103,7 +103,7 @@ def draw_readings(readings: Readings, timeline: Timeline, *, unit: str, title: s
 
 
 def _places(strips: Sequence[tuple[str, int]], across: int, paired: bool) -> list[tuple[int, float, float]]:
-    """Column, upper and lower edge [in] of each strip; readings fill the columns in turn, a residual follows its own."""
+    """Column, upper and lower edge [in] of each strip: readings fill the columns in turn, residuals follow theirs."""
     places: list[tuple[int, float, float]] = []
     top, column = [0.0] * across, -1
     for kind, _ in strips:

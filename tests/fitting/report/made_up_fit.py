@@ -1,4 +1,4 @@
-"""A fit of a magnetometer, a gyroscope and a star tracker that no solver has made: numbers with the shapes of real ones."""
+"""A fit of four kinds of sensors that no solver has made: numbers with the shapes of real ones."""
 
 from pathlib import Path
 
@@ -34,8 +34,8 @@ def make_around() -> Around:
     orbit = orbit_from_elements_km_deg(
         a_km=6900.0, e=0.001, i_deg=97.5, raan_deg=30.0, argp_deg=10.0, mean_anomaly_deg=80.0
     )
-    numbers = (greenwich_angle(EPOCH), EARTH_ROTATION_RATE, EARTH_RADIUS_MEAN)
-    return Around(orbit, igrf_field(EPOCH.decimal_year()), *(np.asarray(x) for x in numbers))
+    angle, rate, radius = (np.asarray(x) for x in (greenwich_angle(EPOCH), EARTH_ROTATION_RATE, EARTH_RADIUS_MEAN))
+    return Around(orbit, igrf_field(EPOCH.decimal_year()), angle, rate, radius)
 
 
 def write_made_up(directory: Path, result: SensedResult | None = None, *, plots: bool) -> list[str]:
@@ -57,7 +57,9 @@ def write_made_up(directory: Path, result: SensedResult | None = None, *, plots:
         )
 
 
-def channel(name: str, kind: str, unit: str, columns: tuple[str, ...], every: int, size: float, seed: int) -> ChannelFit:
+def channel(
+    name: str, kind: str, unit: str, columns: tuple[str, ...], every: int, size: float, seed: int
+) -> ChannelFit:
     """Readings every so many seconds with noise of one sigma, three wild ones and a third held out."""
     rng = np.random.default_rng(seed)
     t = np.arange(0.0, 600.0, every)
@@ -129,7 +131,8 @@ def make_sensed_result(**changes) -> SensedResult:
         "t_s": t,
         "quaternion_inertial_from_body": q,
         "angular_velocity_rad_s": np.array([0.6, 0.0, 0.8]) / 40.0 + rng.normal(scale=1e-5, size=(len(t), 3)),
-        "attitude_sigma_deg": np.full((len(t), 3), [0.2, 0.3, 0.5]) * (1.0 + np.maximum(t - 400.0, 0.0)[:, None] / 99.0),
+        "attitude_sigma_deg": np.full((len(t), 3), [0.2, 0.3, 0.5])
+        * (1.0 + np.maximum(t - 400.0, 0.0)[:, None] / 99.0),
         "illumination": np.where((t > 150.0) & (t < 250.0), 0.0, 1.0),
         "fitted": t < 400.0,
         "channels": {c.name: c for c in channels},

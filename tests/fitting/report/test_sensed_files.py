@@ -80,7 +80,9 @@ def test_page_says_the_verdict_and_has_a_place_for_each_channel(sensed_run):
     assert data["size"] == [0.2941, 0.2941, 1.0] and len(data["held_s"]) == 1
     assert data["held_s"][0] == [pytest.approx(398.0), 596.0]
     assert [c["paired"] for c in data["channels"]] == [True, True, False, True]
-    assert data["channels"][0]["use"][:5] == [1, 1, 1, 3, 1] and data["channels"][0]["readings"][0]["measured"][5] is None
+    assert (
+        data["channels"][0]["use"][:5] == [1, 1, 1, 3, 1] and data["channels"][0]["readings"][0]["measured"][5] is None
+    )
 
 
 def test_a_fit_without_orbit_has_no_scene(tmp_path):
