@@ -23,7 +23,7 @@ def verdict_text(result: SensedResult) -> str:
 
 
 def channel_rows(result: SensedResult) -> list[tuple[str, ...]]:
-    """Returns one row a channel with the columns of `CHANNEL_COLUMNS`; the angle is that of the held-out part, if any."""
+    """Returns a row a channel with the columns of `CHANNEL_COLUMNS`; the angle is that of the held-out part, if any."""
     rows = []
     for name, c in result.channels.items():
         held, used = c.holdout, c.used & c.fitted
