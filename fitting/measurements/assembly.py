@@ -21,6 +21,10 @@ from jaxsat.telemetry.commands import tabulate_commands
 from jaxsat.time import Epoch
 
 
+OUT_OF_RANGE = 5.0
+"""Readings beyond so many times what nine of ten stay below are out of range."""
+
+
 @dataclass(frozen=True)
 class Samples:
     """Channels on the union of their times."""
@@ -158,13 +162,25 @@ def usable(problem: SensedProblem, samples: Samples) -> np.ndarray:
 
     In the penumbra a second decides what they read, and that says nothing about the attitude.
     """
+    wild = np.pad(_wild(samples), ((0, len(problem.valid) - len(samples.t)), (0, 0)))
     weight = np.asarray(problem.known, float) * np.asarray(problem.valid)[:, None]
+    weight[over_columns(wild, problem.groups)] = 0.0
     if problem.sky.light is None:
         return weight
     share = np.asarray(problem.sky.light.illumination)
     lit = np.array([problem.model.sensors[group.name].sees == "sun" for group in problem.groups])
     doubtful = ((share > 0.0) & (share < 1.0))[:, None] | ((share == 0.0)[:, None] & np.asarray(problem.bright))
     return np.where(over_columns(doubtful & lit, problem.groups), 0.0, weight)
+
+
+def _wild(samples: Samples) -> np.ndarray:
+    """[time channels] readings out of all range of their channel, as of wrong bytes: no motion makes them."""
+    found = []
+    for rows in samples.values.values():
+        size = np.nan_to_num(np.abs(rows)).max(axis=1)
+        measured = size[np.isfinite(rows).any(axis=1)]
+        found.append(size > OUT_OF_RANGE * np.quantile(measured, 0.9))
+    return np.stack(found, axis=1)
 
 
 def _given(samples: Samples, t: np.ndarray) -> Motion:

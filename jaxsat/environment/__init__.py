@@ -20,6 +20,8 @@ from jaxsat.environment.atmosphere import ExponentialAtmosphere as ExponentialAt
 from jaxsat.environment.atmosphere import air_velocity_eci as air_velocity_eci
 from jaxsat.environment.atmosphere import exponential_density as exponential_density
 from jaxsat.environment.atmosphere import height_above_ellipsoid as height_above_ellipsoid
+from jaxsat.environment.commands import Commands as Commands
+from jaxsat.environment.commands import CommandTable as CommandTable
 from jaxsat.environment.ephemeris import Ephemeris as Ephemeris
 from jaxsat.environment.ephemeris import apparent_moon as apparent_moon
 from jaxsat.environment.ephemeris import ephemeris as ephemeris

@@ -1,5 +1,7 @@
 """An orbit with all that a satellite meets on it, ready to be tabulated at any times."""
 
+import dataclasses
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -8,6 +10,7 @@ from jaxtyping import Array, Float
 
 from jaxsat.constants import AU, EARTH_ROTATION_RATE
 from jaxsat.environment.atmosphere import ExponentialAtmosphere
+from jaxsat.environment.commands import Commands
 from jaxsat.environment.magnetic import AbstractMagneticField
 from jaxsat.environment.orbit import AbstractOrbit
 from jaxsat.environment.shadow import ConeShadow, CylinderShadow
@@ -33,6 +36,8 @@ class Surroundings(eqx.Module):
     sun: AbstractOrbit | None = None
     """Apparent position of the Sun, such as `Sun`, for the pressure of its light."""
     shadow: CylinderShadow | ConeShadow | None = None
+    commands: Commands | None = None
+    """What the satellite's coils and wheels were commanded."""
 
     def __call__(self, times: Float[Array | np.ndarray, " n"]) -> OrbitTable:
         """Return the table at `times` [s]; see `tabulate_orbit`."""
@@ -42,7 +47,7 @@ class Surroundings(eqx.Module):
             to_sun, _ = jax.vmap(self.sun)(times)
             sun_distance = jnp.sqrt(jnp.sum(to_sun**2, axis=-1))
             sun_eci = to_sun / sun_distance[:, None]
-        return tabulate_orbit(
+        table = tabulate_orbit(
             self.orbit,
             times,
             self.field,
@@ -54,3 +59,4 @@ class Surroundings(eqx.Module):
             sun_distance=sun_distance,
             shadow=self.shadow,
         )
+        return table if self.commands is None else dataclasses.replace(table, commands=self.commands(times))

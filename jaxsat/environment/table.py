@@ -1,5 +1,6 @@
 """Everything that does not depend on attitude, evaluated once at the integrator's nodes."""
 
+import dataclasses
 from collections.abc import Callable
 
 import equinox as eqx
@@ -12,6 +13,7 @@ from jaxsat.constants import AU, EARTH_ROTATION_RATE, SOLAR_PRESSURE
 from jaxsat.environment.albedo.diffuse import DiffuseAlbedo
 from jaxsat.environment.albedo.specular import SpecularAlbedo
 from jaxsat.environment.atmosphere import ExponentialAtmosphere, air_velocity_eci
+from jaxsat.environment.commands import CommandTable
 from jaxsat.environment.magnetic import AbstractMagneticField, magnetic_field_eci
 from jaxsat.environment.shadow import ConeShadow, CylinderShadow
 
@@ -36,6 +38,16 @@ class OrbitTable(eqx.Module):
     """Unit vector to the Sun, inertial frame."""
     solar_pressure: Float[Array, "*times"] | None = None
     """Pressure of the sunlight on a black surface facing it, eclipse included [Pa]."""
+    commands: CommandTable | None = None
+    """What coils and wheels were commanded."""
+
+    def at_end(self) -> "OrbitTable":
+        """As a step that ends here meets it: what is commanded from now on is not yet."""
+        then = self.commands
+        if then is None:
+            return self
+        ended = dataclasses.replace(then, values=then.values_before, rates=then.rates_before)
+        return dataclasses.replace(self, commands=ended)
 
 
 class LightTable(eqx.Module):

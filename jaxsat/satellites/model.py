@@ -63,8 +63,11 @@ class Leaf:
         return self.place.startswith("spacecraft.")
 
 
-def array_at(model: Model, place: str) -> Array:
-    """The array of a model at a path such as `sensors.mag.bias` or `spacecraft.parts.0.coefficient`."""
+def array_at(model: Model, place: str) -> Any:
+    """The array of a model at a path such as `sensors.mag.bias` or `spacecraft.parts.0.coefficient`.
+
+    Of any model-like tree: `tree_at` asks for places in one whose leaves are marks.
+    """
     found: Any = model
     for part in place.split("."):
         if isinstance(found, Mapping):

@@ -12,7 +12,7 @@ from jaxsat.satellites.sections.fitted import Fitted, plain
 from jaxsat.satellites.sections.parts import Body, Rod, Surface
 from jaxsat.sensors import Albedo
 from jaxsat.spacecraft import Facets, HysteresisRods, MagneticRods, Spacecraft, box_facets
-from jaxsat.torques import EddyDamping, ResidualTorque
+from jaxsat.torques import Coil, EddyDamping, ResidualTorque, Wheel
 
 _TENSOR = {"xx": (0,), "yy": (4,), "zz": (8,), "xy": (1, 3), "xz": (2, 6), "yz": (5, 7)}
 
@@ -27,8 +27,6 @@ def built_spacecraft(file: SatelliteFile, leaves: LeafList) -> Spacecraft:
     def place() -> str:
         return f"spacecraft.parts.{len(parts)}"
 
-    if file.coils or file.wheels:
-        from jaxsat.torques import Coil, Wheel
     for k, coil in enumerate(file.coils):
         size = coil.area_turns_m2
         loose = 0.2 * abs(size.value) or 1.0
@@ -64,24 +62,22 @@ def built_albedo(file: SatelliteFile, leaves: LeafList) -> Albedo:
 
 def _inertia(body: Body, leaves: LeafList) -> Array:
     tensor = body.inertia()
-    given = body.inertia_kg_m2 or plain(1.0)
-    sigmas = given.sigma
-    if sigmas is not None and np.ndim(sigmas):
-        # Of three moments the tensor's other entries have none of their own: the least of them.
-        full = np.asarray(sigmas) if np.ndim(sigmas) == 2 else np.full((3, 3), min(sigmas))
-        if np.ndim(sigmas) == 1:
-            np.fill_diagonal(full, sigmas)
-        given = given.model_copy(update={"sigma": tuple(full.reshape(-1)[list(next(zip(*_TENSOR.values())))].tolist())})
+    given = body.inertia_kg_m2 or plain(0.0)
+    sigma = given.sigma
+    if sigma is not None and np.ndim(sigma) == 1:
+        # Of three moments: what lies beside the diagonal is known as well as the least of them.
+        sigma = np.diag(sigma) + min(sigma) * (1.0 - np.eye(3))
     loose = 0.3 * float(np.trace(tensor)) / 3.0
-    for number, (suffix, entries) in enumerate(_TENSOR.items()):
-        one = (
-            given
-            if given.sigma is None or not np.ndim(given.sigma)
-            else given.model_copy(update={"sigma": given.sigma[number]})
-        )
-        lower = 0.0 if len(entries) == 1 else -np.inf
+    for suffix, entries in _TENSOR.items():
+        width = sigma if sigma is None or np.ndim(sigma) == 0 else float(np.reshape(sigma, -1)[entries[0]])
         leaves.add(
-            f"inertia.{suffix}", "spacecraft.inertia", one, unit="kg m2", loose=loose, lower=lower, entries=[entries]
+            f"inertia.{suffix}",
+            "spacecraft.inertia",
+            given.model_copy(update={"sigma": width}),
+            unit="kg m2",
+            loose=loose,
+            lower=0.0 if len(entries) == 1 else -np.inf,
+            entries=[entries],
         )
     return jnp.asarray(tensor)
 

@@ -22,7 +22,7 @@ def read_satellite(
 
     A file with `[body]` or `[sensors.NAME]` gives a `Satellite` with those sensors. One with the sections
     `[spacecraft]` and `[albedo]` changes Munin's numbers: what it leaves out is that of Munin. `changed` maps
-    `section.key`, as `spacecraft.imax_mA`, to values in place of the file's. Raises `InputError` naming every wrong key.
+    `section.key`, as `spacecraft.imax_mA`, to values in place of the file's. Raises `InputError` naming all wrong keys.
     """
     data = {} if path is None else read_toml(path, kind="TOML satellite")
     data = with_values(data, changed)

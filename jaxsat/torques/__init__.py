@@ -5,6 +5,10 @@ from jaxsat.torques.abstract import BodyEnvironment as BodyEnvironment
 from jaxsat.torques.aerodynamic import AerodynamicTorque as AerodynamicTorque
 from jaxsat.torques.aerodynamic import aerodynamic_forces as aerodynamic_forces
 from jaxsat.torques.aerodynamic import aerodynamic_torque as aerodynamic_torque
+from jaxsat.torques.commanded import Coil as Coil
+from jaxsat.torques.commanded import Wheel as Wheel
+from jaxsat.torques.commanded import commanded_columns as commanded_columns
+from jaxsat.torques.commanded import wheel_torque as wheel_torque
 from jaxsat.torques.eddy_damping import EddyDamping as EddyDamping
 from jaxsat.torques.eddy_damping import eddy_damping_torque as eddy_damping_torque
 from jaxsat.torques.gravity_gradient import GravityGradient as GravityGradient

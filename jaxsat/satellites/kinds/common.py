@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from jaxsat.satellites.sections.fitted import Direction, Triple, _direction, plain
+from jaxsat.files.units import parsed_unit
+from jaxsat.satellites.sections.fitted import Direction, Triple, plain, to_direction
 from jaxsat.setting_types import Section
-from jaxsat.units import Unit, parsed_unit
 
 if TYPE_CHECKING:
     from jaxsat.satellites.leaves import LeafList
@@ -35,18 +35,17 @@ class SensorKeys(Section):
         raise NotImplementedError
 
 
+_EXPECTED_AXES = 'expected directions such as ["+x", "-z", "+y"], one a column, "unknown" or "mirrored"'
+
+
 def _axes(found: Any) -> Any:
-    if isinstance(found, str):
-        if found not in ("unknown", "mirrored"):
-            raise ValueError(
-                'expected three directions such as ["+x", "-z", "+y"], 3 x 3 numbers, "unknown" or "mirrored"'
-            )
+    if found in ("unknown", "mirrored"):
         return found
-    if not isinstance(found, list | tuple) or len(found) != 3:
-        raise ValueError('expected three directions such as ["+x", "-z", "+y"], 3 x 3 numbers, "unknown" or "mirrored"')
-    rows = np.array([_direction(row) for row in found])
-    if not np.allclose(rows @ rows.T, np.eye(3), rtol=0.0, atol=1e-3):
-        raise ValueError("expected three directions at right angles to each other")
+    if not isinstance(found, list | tuple) or not 1 <= len(found) <= 3:
+        raise ValueError(_EXPECTED_AXES)
+    rows = np.array([to_direction(row) for row in found])
+    if not np.allclose(rows @ rows.T, np.eye(len(rows)), rtol=0.0, atol=1e-3):
+        raise ValueError("expected directions at right angles to each other")
     return tuple(map(tuple, rows.tolist()))
 
 
@@ -69,7 +68,11 @@ class TurnedKeys(SensorKeys):
     turn: Triple = plain((0.0, 0.0, 0.0))
     """Rotation vector from the body's axes to the sensor's [rad]."""
 
-    def turned(self, name: str, leaves: "LeafList") -> dict[str, np.ndarray]:
+    @property
+    def columns(self) -> int | None:
+        return len(axes_matrix(self.axes))
+
+    def turned(self, name: str, leaves: "LeafList") -> dict[str, Any]:
         """Turn and axes of the sensor by name; adds the leaves of the turn."""
         from jaxsat.satellites.leaves import XYZ, as_array
 
@@ -89,8 +92,3 @@ def _of_quantity(*quantities: str):
 FieldUnit = Annotated[str, _of_quantity("T")]
 RateUnit = Annotated[str, _of_quantity("rad/s")]
 CurrentUnit = Annotated[str, _of_quantity("A")]
-
-
-def unit_of(text: str) -> Unit:
-    """The unit of a text that has been checked."""
-    return parsed_unit(text)

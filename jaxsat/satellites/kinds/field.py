@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field, model_validator
 
+from jaxsat.files.units import parsed_unit
 from jaxsat.panel_names import PANEL_NAMES
 from jaxsat.satellites.kinds.common import FieldUnit, RateUnit, TurnedKeys
 from jaxsat.satellites.sections.fitted import Fitted, PositiveTriple, Triple, UnitText, plain
-from jaxsat.units import parsed_unit
 
 if TYPE_CHECKING:
     from jaxsat.satellites.leaves import LeafList

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from jaxsat.files.units import parsed_unit
 from jaxsat.satellites.kinds.common import CurrentUnit, Normals, SensorKeys
 from jaxsat.satellites.sections.fitted import Fitted, PositiveScalar, UnitText, panel_names, plain
 from jaxsat.setting_types import NonNegative, Section
-from jaxsat.units import parsed_unit
 
 if TYPE_CHECKING:
     from jaxsat.satellites.leaves import LeafList
@@ -110,6 +110,14 @@ class PanelKeys(_Faces):
     imax: PositiveScalar
     """Current of a panel of gain 1 that faces the Sun [unit]."""
     unit: CurrentUnit = "mA"
+    tilts_deg: Fitted | None = None
+    """Turns of each panel off its place about the two body axes across it: pairs, one a normal."""
+
+    @model_validator(mode="after")
+    def _tilts(self):
+        if self.tilts_deg is not None and np.shape(self.tilts_deg.value) not in ((), (len(self.normals), 2)):
+            raise ValueError(f"tilts_deg: expected a pair for each of the {len(self.normals)} normals")
+        return self
 
     def reading_unit(self) -> str | None:
         return "A"
@@ -129,10 +137,24 @@ class PanelKeys(_Faces):
             lower=0.0,
         )
         gain = self.add_gains(name, leaves)
+        tilts = None if self.tilts_deg is None else self._add_tilts(name, self.tilts_deg, leaves)
         return Panels(
             normals=np.array(self.normals),
             max_current=np.asarray(most),
             gain=gain,
-            tilts=None,
+            tilts=tilts,
             earthlight=self.earthlight,
         )
+
+    def _add_tilts(self, name: str, given: Fitted, leaves: "LeafList") -> np.ndarray:
+        shape, degree = (len(self.normals), 2), math.radians(1.0)
+        # Named by the axes that the sensor turns a panel about: of a face of a box the two others.
+        across = [[axis for axis, size in zip("xyz", normal, strict=True) if not size] for normal in self.normals]
+        pairs = [axes if len(axes) == 2 else ["0", "1"] for axes in across]
+        faces = panel_names(self.normals)
+        suffixes = [f".{face}.{axis}" for face, axes in zip(faces, pairs, strict=True) for axis in axes]
+        sigmas = given.sigmas(*shape)
+        flat = given.model_copy(update={"sigma": None if sigmas is None else tuple(sigmas.reshape(-1).tolist())})
+        place = f"sensors.{name}.tilts"
+        leaves.add(f"{name}.tilts", place, flat, suffixes, unit="deg", factor=degree, loose=0.05)
+        return given.filled(*shape) * degree

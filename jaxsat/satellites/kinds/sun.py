@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from jaxsat.files.units import parsed_unit
 from jaxsat.satellites.kinds.common import TurnedKeys
 from jaxsat.satellites.sections.fitted import PositiveScalar, UnitText, plain
-from jaxsat.units import parsed_unit
 
 if TYPE_CHECKING:
     from jaxsat.satellites.leaves import LeafList

@@ -9,6 +9,7 @@ from pydantic import Field, create_model
 
 from jaxsat.errors import InputError
 from jaxsat.files.toml_files import validated, wrong_keys
+from jaxsat.files.units import parsed_unit
 from jaxsat.satellites.kinds import KINDS
 from jaxsat.satellites.kinds.common import SensorKeys
 from jaxsat.satellites.kinds.own import own_class, own_keys
@@ -31,7 +32,6 @@ from jaxsat.satellites.sections.session import (
     TimeSettings,
 )
 from jaxsat.setting_types import Section
-from jaxsat.units import parsed_unit
 
 Many = Field(strict=False)
 

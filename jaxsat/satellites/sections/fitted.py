@@ -6,8 +6,8 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, model_validator
 
+from jaxsat.files.units import parsed_unit
 from jaxsat.setting_types import Interval, Section
-from jaxsat.units import parsed_unit
 
 NAMED_AXES = {"+x": (1.0, 0, 0), "-x": (-1.0, 0, 0), "+y": (0, 1.0, 0), "-y": (0, -1.0, 0), "+z": (0, 0, 1.0)} | {
     "-z": (0.0, 0, -1.0)
@@ -106,7 +106,7 @@ def plain(value: float | tuple[float, ...]) -> Fitted:
     return Fitted(value=value)
 
 
-def _direction(found: Any) -> Any:
+def to_direction(found: Any) -> Any:
     """A unit vector of a name such as +x or of three numbers."""
     if isinstance(found, str):
         if found.lower() not in NAMED_AXES:
@@ -118,7 +118,7 @@ def _direction(found: Any) -> Any:
     return tuple((vector / np.linalg.norm(vector)).tolist())
 
 
-Direction = Annotated[Any, BeforeValidator(_direction)]
+Direction = Annotated[Any, BeforeValidator(to_direction)]
 """A direction in body axes; its length is made one."""
 
 

@@ -61,7 +61,7 @@ class Body(Section):
             given = np.asarray(self.inertia_kg_m2.value)
             return np.diag(given) if given.ndim == 1 else given
         squares = np.square(np.asarray(self.size_m))
-        return np.diag(self.mass_kg / 12.0 * (squares.sum() - squares))
+        return np.diag((self.mass_kg or 0.0) / 12.0 * (squares.sum() - squares))
 
 
 class Magnet(Section):

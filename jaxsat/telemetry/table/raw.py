@@ -16,7 +16,7 @@ from jaxsat.files.text_file import read_small_file
 MAX_FILE_BYTES = 512 * 2**20
 _DELIMITERS = (",", ";", "\t")
 Cells = Sequence[str] | np.ndarray
-"""Texts of a CSV file; of a Parquet file numbers with NaN where there is none, texts, or instants [ns] as datetime64."""
+"""Texts of a CSV file; of a Parquet file numbers with NaN where there is none, texts, or instants (datetime64, ns)."""
 
 
 @dataclass(frozen=True)

@@ -9,18 +9,20 @@ import numpy as np
 
 from jaxsat.errors import InputError
 from jaxsat.files.conditions import Condition, parsed_condition
+from jaxsat.files.units import parsed_unit
 from jaxsat.satellites.satellite import Satellite
+from jaxsat.telemetry.table.axes import positions_of_date, quaternions_of_date
 from jaxsat.telemetry.table.cells import numbers
 from jaxsat.telemetry.table.raw import RawTable, read_raw_table
 from jaxsat.telemetry.table.session import Channel, RejectedRow, TableSession
 from jaxsat.telemetry.table.stamps import as_epoch, instants, seconds_after
-from jaxsat.units import parsed_unit
+from jaxsat.time import Epoch
 
 NO_STAMP = "no stamp"
 REPEATED = "the same reading again"
 SECOND_READING = "another reading of an instant that has one"
 
-_FAR_S = 10 * 86400.0
+_UNIT_LENGTH = 0.05
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,10 @@ class _Rows:
     """Numbers by column, as in the table; NaN where not measured or not in that file."""
     texts: dict[str, np.ndarray]
     """Texts of the columns that conditions compare with texts."""
+
+    def instant(self, place: int) -> tuple[float, float]:
+        """TAI of a row."""
+        return float(self.tai[0][place]), float(self.tai[1][place])
 
 
 def read_tables(paths: str | Path | Sequence[str | Path], satellite: Satellite) -> TableSession:
@@ -55,11 +61,10 @@ def read_tables(paths: str | Path | Sequence[str | Path], satellite: Satellite) 
     used = _stamped(rows, satellite.time.column, rejections) & _kept(rows, conditions, rejections)
     if not used.any():
         raise InputError(f"no row is left of {used.size}: {_why(rejections)}", file=files[0].path)
-    # Of equal instants the first in the files: they are told apart by order alone.
     order = np.flatnonzero(used)
-    t_all = seconds_after(rows.tai, (rows.tai[0][order[0]], rows.tai[1][order[0]]))
-    first = order[np.argmin(t_all[order])]
-    t_all = seconds_after(rows.tai, (rows.tai[0][first], rows.tai[1][first]))
+    t_all = seconds_after(rows.tai, rows.instant(int(order[0])))
+    zero = rows.instant(int(order[np.argmin(t_all[order])]))
+    t_all = seconds_after(rows.tai, zero)
     remarks = _backward(rows, t_all, used)
     order = order[np.argsort(t_all[order], kind="stable")]
     channels = {name: _channel(name, satellite, rows, t_all, order, rejections) for name in satellite.channels}
@@ -72,9 +77,9 @@ def read_tables(paths: str | Path | Sequence[str | Path], satellite: Satellite) 
     for name, (t, _) in columns.items():
         if not t.size:
             raise InputError("holds no number", file=files[0].path, field=name)
-    epoch = as_epoch((float(rows.tai[0][first]), float(rows.tai[1][first])))
+    epoch = as_epoch(zero)
     named = _named(satellite, conditions)
-    session = TableSession(
+    return TableSession(
         paths=tuple(file.path for file in files),
         sha256=tuple(file.sha256 for file in files),
         epoch=epoch,
@@ -84,9 +89,10 @@ def read_tables(paths: str | Path | Sequence[str | Path], satellite: Satellite) 
             sorted(rejections, key=lambda each: (listed.index(each.path) if each.path in listed else 0, each.row))
         ),
         remarks=tuple(remarks),
+        motion=_motion(satellite, rows, t_all, order, epoch),
+        positions=_positions(satellite, rows, t_all, order, epoch),
         unused=tuple(dict.fromkeys(name for file in files for name in file.columns if name not in named)),
     )
-    return session
 
 
 def _named(satellite: Satellite, conditions: Sequence[Condition]) -> dict[str, bool]:
@@ -227,6 +233,45 @@ def _column(name: str, factor: float, rows: _Rows, t_s: np.ndarray, order: np.nd
     places = order[np.isfinite(rows.columns[name][order])]
     places = places[np.diff(t_s[places], append=np.inf) > 0.0]
     return t_s[places], rows.columns[name][places] * factor
+
+
+def _together(names: Sequence[str], rows: _Rows, t_s: np.ndarray, order: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Times and values where all of the columns are measured; of one instant the first."""
+    values = np.stack([rows.columns[name] for name in names], axis=1)
+    places = order[np.isfinite(values[order]).all(axis=1)]
+    places = places[np.diff(t_s[places], prepend=-np.inf) > 0.0]
+    return t_s[places], values[places]
+
+
+def _motion(
+    satellite: Satellite, rows: _Rows, t_s: np.ndarray, order: np.ndarray, epoch: Epoch
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Quaternions that the table tells; `InputError` for one that is not of unit length."""
+    settings = satellite.motion
+    if settings.columns is None or settings.sense is None:
+        return None
+    t, found = _together(settings.columns, rows, t_s, order)
+    if not t.size:
+        raise InputError("holds no quaternion", file=rows.files[0].path, field=settings.columns[0])
+    length = np.linalg.norm(found, axis=1)
+    wrong = np.flatnonzero(np.abs(length - 1.0) > _UNIT_LENGTH)
+    if wrong.size:
+        reason = f"expected unit quaternions, found one of length {length[wrong[0]]:.4g} at {t[wrong[0]]:g} s"
+        raise InputError(reason, file=rows.files[0].path, field=settings.columns[0])
+    turned = quaternions_of_date(epoch, t, found, scalar=settings.scalar, sense=settings.sense, frame=settings.frame)
+    return t, turned
+
+
+def _positions(
+    satellite: Satellite, rows: _Rows, t_s: np.ndarray, order: np.ndarray, epoch: Epoch
+) -> tuple[np.ndarray, np.ndarray] | None:
+    settings = satellite.orbit.columns
+    if settings is None:
+        return None
+    t, found = _together(settings.position, rows, t_s, order)
+    if not t.size:
+        raise InputError("holds no position", file=rows.files[0].path, field=settings.position[0])
+    return t, positions_of_date(epoch, t, found * parsed_unit(settings.unit).factor, settings.frame)
 
 
 def _why(rejections: list[RejectedRow]) -> str:

@@ -38,7 +38,7 @@ def instants(table: RawTable, settings: TimeSettings) -> Instants:
     return found[0], found[1] - settings.offset_s / SECONDS_PER_DAY
 
 
-def seconds_after(found: Instants, epoch: Instants) -> np.ndarray:
+def seconds_after(found: Instants, epoch: tuple[float, float]) -> np.ndarray:
     """Seconds from an instant to others, to the nanosecond."""
     days = (found[0] - epoch[0]) + (found[1] - epoch[1])
     return np.round(days * SECONDS_PER_DAY, _DECIMALS)

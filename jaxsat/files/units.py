@@ -1,4 +1,4 @@
-"""Units of tables and satellite files: a small table of our own, from a text such as `mA`, `deg/s` or `12.5 nT` to SI."""
+"""Units of tables and satellite files, by a small table of our own: what `mA`, `deg/s` or `12.5 nT` are in SI."""
 
 import math
 import re
@@ -49,8 +49,8 @@ class Unit:
 def parsed_unit(text: str) -> Unit:
     """Returns the unit of a text; ValueError where it is none.
 
-    Symbols with SI prefixes (nT, uT, G, mA, V, km, s, deg, rad, A, N, S), rpm, min, h, d, arcsec, arcmin, count, %, 1; products by a
-    blank, powers as `m2`, one `/`; a number in front says what one count is, as in `12.5 nT`.
+    Symbols with SI prefixes (nT, uT, G, mA, V, km, s, deg, rad, A, N, S), rpm, min, h, d, arcsec, arcmin, count, %, 1;
+    products by a blank, powers as `m2`, one `/`; a number in front says what one count is, as in `12.5 nT`.
     """
     body, factor = text.strip(), 1.0
     number = _FACTOR.match(body)
@@ -94,4 +94,5 @@ def _quantity(powers: dict[str, int]) -> str:
 
 
 def _refusal(text: str) -> str:
-    return f"unknown unit {text[:24]!r}; expected one such as nT, uT, G, mA, V, deg, deg/s, rpm, km, 1, or '12.5 nT' a count"
+    known = "nT, uT, G, mA, V, deg, deg/s, rpm, km, 1, or '12.5 nT' a count"
+    return f"unknown unit {text[:24]!r}; expected one such as {known}"
