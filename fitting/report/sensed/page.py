@@ -23,7 +23,7 @@ from fitting.report.sensed.rows import (
 )
 from fitting.report.sensed.shown import file_stems
 from jaxsat.report import Facts, Live, Picture, Remarks, Section, Table, page
-from jaxsat.significant import value_and_sigma, value_text
+from jaxsat.significant import unit_text, value_and_sigma, value_text
 from jaxsat.telemetry import RejectedRow
 
 SHOWN_ALTERNATIVES = 24
@@ -112,7 +112,13 @@ def _plain(correlations: Mapping[str, Mapping[str, float]]) -> dict[str, dict[st
 
 def _breaks(result: SensedResult) -> list[tuple[str, ...]]:
     return [
-        (name, f"{b.t_s:.0f}", f"{b.turn_deg:.1f}°", f"{value_text(b.bias, 3)} {c.unit}", buys_text(b.saving))
+        (
+            name,
+            f"{b.t_s:.0f}",
+            f"{b.turn_deg:.1f}°",
+            f"{value_text(b.bias, 3)} {unit_text(c.unit)}".strip(),
+            buys_text(b.saving),
+        )
         for name, c in result.channels.items()
         for b in c.breaks
     ]

@@ -13,7 +13,7 @@ from jaxsat.telemetry import RejectedRow
 
 VERDICTS: dict[str, Verdict] = {PREDICTS: "good", FITS: "good", FITS_ONLY: "doubtful", AMBIGUOUS_VERDICT: "doubtful"}
 """All others are bad."""
-CHANNEL_COLUMNS = ("channel", "fitted", "unit", "rms", "1σ", "held-out rms", "promised", "ratio", "angle")
+CHANNEL_COLUMNS = ("channel", "fitted", "unit", "rms", "1σ", "held out", "promised", "ratio", "angle")
 CHANNEL_NUMBERS = (1, 3, 4, 5, 6, 7, 8)
 
 
@@ -31,7 +31,7 @@ def channel_rows(result: SensedResult) -> list[tuple[str, ...]]:
         rows.append(
             (
                 name,
-                f"{int(used.sum())} of {len(c.t_s)}",
+                f"{int(used.sum())}/{len(c.t_s)}",
                 unit_text(c.unit),
                 "" if c.rms is None else value_text(c.rms, 3),
                 value_text(c.sigma, 3),

@@ -40,6 +40,8 @@ def sensed_summary(result: "SensedResult", name: str, rejections: Iterable["Reje
     message = f"{result.message[:1].upper()}{result.message[1:]}."
     parts: list[RenderableType] = [Text.assemble((name, "bold"), ": ", (verdict_text(result), style), " ", message)]
     channels = plain_table(*CHANNEL_COLUMNS, right=CHANNEL_NUMBERS)
+    # Nine columns stand closer, so that they fit a terminal of 80.
+    channels.padding = (0, 1, 0, 0)
     for row in channel_rows(result):
         channels.add_row(*row)
     parts.append(channels)

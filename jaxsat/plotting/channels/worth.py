@@ -7,7 +7,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from jaxsat.plotting.style import FAINT, INK, dress, new_figure
-from jaxsat.significant import value_text
 
 ROW_IN = 0.28
 LEAST = 1.0
@@ -28,7 +27,8 @@ def draw_worth(buys: Mapping[str, float], *, title: str = "What each part buys",
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_xlim(LEAST, 4.0 * float(rises.max(initial=10.0)))
     for row, (rise, shown) in enumerate(zip(buys.values(), rises, strict=True)):
-        axes.text(1.12 * shown, row, value_text(float(rise), 2), va="center", fontsize=8.5, color=INK)
+        text = f"{rise:.0f}" if rise >= 10.0 else f"{rise:z.1f}"
+        axes.text(1.12 * shown, row, text, va="center", fontsize=8.5, color=INK)
     axes.set_yticks(rows, list(buys))
     axes.set_ylim(len(rises) - 0.4, -0.6)
     dress(axes, x_label="rise of χ² where it is put back to its nominal values and the rest is fitted anew")

@@ -22,7 +22,7 @@ def test_the_verdict_comes_first_and_nothing_is_wider_than_the_terminal():
     assert lines[0].startswith("pass: Predicts. One motion explains the data")
     assert max(map(len, lines)) <= 100
     (mag,) = [line.split() for line in lines if line.strip().startswith("mag ")]
-    assert mag == ["mag", "78", "of", "120", "nT", "306", "300", "480", "450", "1.07", "0.90°"]
+    assert mag == ["mag", "78/120", "nT", "306", "300", "480", "450", "1.07", "0.90°"]
     (first,) = [line for line in lines if line.strip().startswith("magnet.x")]
     assert first.split() == ["magnet.x", "0.3049", "±", "0.0012", "A", "m²", "54321"]
     text = "\n".join(lines)
