@@ -112,3 +112,6 @@ class SensedResult:
     alternatives: tuple[dict, ...] = ()
     """Other motions or conventions: `chi2_above_best`, `attitude_distance_deg`, `axes`."""
     timing_s: Mapping[str, float] = field(default_factory=dict)
+    field_angle_deg: np.ndarray | None = None
+    """[time] between body x and the magnetic field."""
+    field_angle_sigma_deg: np.ndarray | None = None

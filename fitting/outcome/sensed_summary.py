@@ -14,7 +14,7 @@ from fitting.outcome.looking import Look, look_at
 from fitting.outcome.result import FittedParameter
 from fitting.outcome.sensed_result import ChannelFit, Holdout, SensedResult
 from fitting.outcome.sensed_verdict import Evidence, judge
-from fitting.outcome.uncertainty import correlations, promised_saving
+from fitting.outcome.uncertainty import correlations, field_angle_sigma, promised_saving
 from fitting.outcome.worth import worth
 from fitting.parameters.free import FreeParameters
 from fitting.parameters.names import STATE
@@ -60,6 +60,7 @@ def summarize_sensed(found: Identified, *, with_worth: bool = True) -> SensedRes
     )
     status, verdict, message, remarks = judge(evidence)
     light = best.problem.sky.light
+    field = _rotated_back(seen.quaternion[:n], np.asarray(best.problem.sky.b_field_eci)[:n])
     return SensedResult(
         status=status,
         message=message,
@@ -80,6 +81,8 @@ def summarize_sensed(found: Identified, *, with_worth: bool = True) -> SensedRes
         axes=best.convention.spelt(),
         alternatives=alternatives,
         timing_s=found.timing_s,
+        field_angle_deg=np.degrees(np.arctan2(np.linalg.norm(field[:, 1:], axis=1), field[:, 0])),
+        field_angle_sigma_deg=np.degrees(field_angle_sigma(field, seen.rotation_covariance[:n])),
     )
 
 

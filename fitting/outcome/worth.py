@@ -6,24 +6,12 @@ A mask, not another program: the numbers of the part are held at zero shift.
 import numpy as np
 
 from fitting.identify import Identified, Minimum
-from fitting.parameters.names import STATE
+from fitting.parameters.names import STATE, part_of
 from fitting.solvers.least_squares import Point
 from fitting.solvers.refine import PLAIN
 from fitting.starts.multi_start import Stage, solve
 
 ITERATIONS = 12
-
-
-def part_of(name: str) -> str:
-    """What a number is put back with: its sensor's or satellite's part, as `mag.bias` of `mag.bias.x`."""
-    parts = name.split(".")
-    if parts[0] == "rods" and len(parts) > 1:
-        return ".".join(parts[:2])
-    return (
-        parts[0]
-        if len(parts) < 3 and parts[-1] in ("x", "y", "z", "xx", "yy", "zz", "xy", "xz", "yz")
-        else ".".join(parts[:2])
-    )
 
 
 def worth(found: Identified, best: Minimum, point: Point) -> dict[str, float]:
