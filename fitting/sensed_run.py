@@ -23,6 +23,7 @@ from jaxsat.errors import InputError
 from jaxsat.satellites import Satellite
 from jaxsat.satellites.model import Leaf
 from jaxsat.telemetry import TableSession
+from jaxsat.telemetry.table.motion import motion_for
 from jaxsat.telemetry.table.orbit import orbit_for
 from jaxsat.time import greenwich_angle
 
@@ -90,10 +91,8 @@ def fit_table(
     if not channels:
         raise InputError("no channel of the satellite file has a reading in the table", file=session.paths[0])
     around = surroundings(satellite, session)
-    given = session.motion if kind == "given" else None
+    given = motion_for(satellite, session, around.orbit)
     samples = Samples.of(channels, session.epoch, dict(session.columns), given)
-    if kind == "orbital":
-        samples = replace(samples, given=orbital_motion(around, samples.t))
     late = {leaf.place for leaf in leaves if leaf.name in free or leaf.sigma is not None}
     delayed = tuple(
         name for name in channels if f"delays.{name}" in late or float(np.asarray(model.delays[name])) != 0.0
@@ -141,19 +140,6 @@ def surroundings(satellite: Satellite, session: TableSession) -> Around:
         field_rate=craft.hysteresis_rods is not None,
         pushed=craft.facets is not None,
     )
-
-
-def orbital_motion(around: Around, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Times and attitudes of a body fixed to the orbital frame: x forward, y against the orbit's normal, z down."""
-    from scipy.spatial.transform import Rotation
-
-    times = np.linspace(t[0] - 1.0, t[-1] + 1.0, max(int((t[-1] - t[0]) / 20.0), 8))
-    position, velocity = (np.asarray(array) for array in jax.jit(jax.vmap(around.orbit))(times))
-    down = -position / np.linalg.norm(position, axis=1, keepdims=True)
-    across = np.cross(down, velocity)
-    across /= np.linalg.norm(across, axis=1, keepdims=True)
-    matrix = np.stack([np.cross(across, down), across, down], axis=2)
-    return times, Rotation.from_matrix(matrix).as_quat(scalar_first=True)
 
 
 def _within(channel, arc_s):

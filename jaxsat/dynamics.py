@@ -57,8 +57,8 @@ def body_environment(state: AttitudeState, point: OrbitTable) -> BodyEnvironment
         rod_lag=state.rod_lag,
         # Taken from the table, where it is common to all attitudes.
         distance=jnp.sqrt(jnp.sum(point.position_eci**2)),
-        commands=point.commands,
-        command_rates=point.command_rates,
+        commands=None if point.commands is None else point.commands.values,
+        command_rates=None if point.commands is None else point.commands.rates,
     )
 
 

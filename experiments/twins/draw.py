@@ -28,8 +28,8 @@ ELEMENTS = (
     "2 99001  82.1924 {node:8.4f} {eccentricity:07d} {perigee:8.4f} {anomaly:8.4f} 15.40668907    1",
 )
 """Both lines but for the checksum."""
-SPREAD = 0.5
-"""Scatter of true values over the sigmas of the satellite files, which builders like to give generously."""
+SPREAD, FURTHEST = 1.0, 2.5
+"""Scatter of true values over the sigmas of the satellite files, and the furthest scatter that is drawn."""
 EARLY_S = 10.0
 INERTIA_TURN_DEG = 1.0
 """Of the principal axes about each body axis."""
@@ -39,7 +39,7 @@ def draw(kind: str, seed: int, spread: float = SPREAD) -> dict[str, Any]:
     """Settings of session `seed` of a kind."""
     preset = PRESETS[kind]
     file = tomllib.loads((SATELLITES / f"{kind}.toml").read_text())
-    rng = np.random.default_rng([seed, zlib.crc32(kind.encode())])
+    rng = stream(kind, seed, 0)
     cfg: dict[str, Any] = {
         "preset": kind,
         "name": f"{kind}-{seed}",
@@ -70,6 +70,11 @@ def draw(kind: str, seed: int, spread: float = SPREAD) -> dict[str, Any]:
     return cfg
 
 
+def stream(kind: str, seed: int, use: int) -> np.random.Generator:
+    """Random numbers of one session: `use` 0 draws it, 1 is its noise."""
+    return np.random.default_rng([seed, zlib.crc32(kind.encode()), use])
+
+
 def start_of(cfg: dict[str, Any]) -> float:
     """When the motion starts from `q0` and `w0` [s]: before the epoch where a sensor is late or the rods need it."""
     late = any(sensor.get("late") for sensor in cfg["sensors"].values())
@@ -81,20 +86,23 @@ def _direction(rng: np.random.Generator) -> Array:
     return vector / np.linalg.norm(vector)
 
 
+def _scatter(shape: tuple[int, ...], rng: np.random.Generator) -> Array:
+    return np.clip(rng.standard_normal(shape), -FURTHEST, FURTHEST)
+
+
 def _about(given: Any, spread: float, rng: np.random.Generator) -> Any:
-    """True value of a number or an array of a satellite file, within two scatters; given without sigma it is exact."""
+    """True value of a number or an array of a satellite file; what is given without sigma is exact."""
     if not isinstance(given, dict):
         return given
     value = np.array(given["value"], float)
-    scatter = np.clip(rng.standard_normal(value.shape), -2.0, 2.0)
-    return (value + spread * given["sigma"] * scatter).tolist()
+    return (value + spread * given["sigma"] * _scatter(value.shape, rng)).tolist()
 
 
 def _inertia(given: dict[str, Any], spread: float, rng: np.random.Generator) -> list[list[float]]:
     nominal = np.diag(given["value"])
     share = given["sigma"] / nominal.max()
     while True:
-        moments = nominal * (1.0 + spread * share * np.clip(rng.standard_normal(3), -2.0, 2.0))
+        moments = nominal * (1.0 + spread * share * _scatter((3,), rng))
         # A body of positive mass: no moment is larger than the sum of the others.
         if 2.0 * moments.max() < moments.sum():
             break
@@ -143,7 +151,7 @@ def _sensor(
         if key in file:
             sensor[key] = _about(file[key], spread, rng)
     if "exponent" in file:
-        sensor["exponent"] = float(np.clip(_about(file["exponent"], 2.0 * spread, rng), 1.0, 4.0))
+        sensor["exponent"] = float(np.clip(_about(file["exponent"], spread, rng), 1.0, 4.0))
     for key in ("bias", "imax"):
         if key in file:
             sensor[key] = (np.array(_about(file[key], spread, rng)) * in_file).tolist()
@@ -151,8 +159,8 @@ def _sensor(
         sensor["turn_deg"] = np.degrees(_about(file["turn"], spread, rng)).tolist()
     if "stray" in file:
         face = "xyz"[rng.integers(3)]
-        size = 2.0 * spread * file["stray"]["sigma"] * in_file
-        sensor["stray"] = {"+-"[rng.integers(2)] + face: (size * rng.standard_normal(3)).tolist()}
+        size = spread * file["stray"]["sigma"] * in_file
+        sensor["stray"] = {"+-"[rng.integers(2)] + face: (size * _scatter((3,), rng)).tolist()}
     if file.get("unit_vector"):
         _without_size(sensor)
     if "axes" in file:

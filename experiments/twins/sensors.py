@@ -46,7 +46,7 @@ class Around:
         return self.light[:, None] * np.maximum(self.sun @ normals.T, 0.0)
 
     def earthlight(self, normals: Array) -> Array:
-        """Scattered light of an Earth of reflectivity one [n faces]; it is as bright where the satellite is in shadow."""
+        """Scattered light of an Earth of reflectivity one [n faces]."""
         return np.array([earthlight(p, s, normals) for p, s in zip(self.position, self.sun, strict=True)])
 
 
@@ -127,7 +127,7 @@ def _noisy(sensor: dict[str, Any], means: Array, rng: np.random.Generator) -> Ar
         # Half the angle about each body axis, as the components of a quaternion count it.
         small = np.concatenate([np.ones((len(noise), 1)), noise[:, 1:]], axis=1)
         turned = Rotation.from_quat(means, scalar_first=True) * Rotation.from_quat(small, scalar_first=True)
-        return turned.as_quat(canonical=False, scalar_first=True)
+        return turned.as_quat(canonical=True, scalar_first=True)
     if sensor.get("unit_vector"):
         noise = noise * np.linalg.norm(means, axis=1, keepdims=True)
     noisy = means + noise
@@ -162,7 +162,7 @@ def stamps(sensor: dict[str, Any], duration: float) -> Array:
 def measure(
     sensor: dict[str, Any], motion: Motion, world: World, *, albedo: float, duration: float, rng: np.random.Generator
 ) -> tuple[Array, Array, Array]:
-    """Stamps [n] of all rows due, what is in the table for them [n columns] (NaN: empty), and the stamps of spoilt ones."""
+    """Stamps [n] of the rows due, what the table says there [n columns] (NaN: empty), and the stamps of spoilt ones."""
     t = stamps(sensor, duration)
     values = _columns(sensor, _noisy(sensor, _means(sensor, t - sensor.get("late", 0.0), motion, world, albedo), rng))
     spoilt = _spoil(sensor, values, rng)

@@ -58,7 +58,7 @@ class World:
 
     @cached_property
     def positions(self) -> Array:
-        """Of the satellite at the nodes [m], SGP4; from its mean equinox to the true one by the equation of equinoxes."""
+        """Of the satellite at the nodes [m], by SGP4, whose mean equinox is turned to the true one."""
         record = Satrec.twoline2rv(*self.tle)
         day, part = self._utc(self.nodes)
         error, teme, _ = record.sgp4_array(np.full(part.shape, day), part)

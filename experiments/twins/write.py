@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.twins.draw import SATELLITES, start_of
+from experiments.twins.draw import SATELLITES, start_of, stream
 from experiments.twins.motion import Motion
 from experiments.twins.sensors import UNITS, measure
 from experiments.twins.world import World
@@ -25,7 +25,7 @@ def write_session(cfg: dict[str, Any], folder: Path) -> Path:
     first, second = cfg["orbit"]["tle"]
     world = World((first, second), epoch, start_of(cfg), BEYOND * cfg["duration"])
     motion = Motion(cfg, world)
-    rng = np.random.default_rng([cfg["seed"], 1])
+    rng = stream(cfg["preset"], cfg["seed"], 1)
     measured = {
         channel: measure(sensor, motion, world, albedo=cfg["albedo"], duration=cfg["duration"], rng=rng)
         for channel, sensor in cfg["sensors"].items()

@@ -1,7 +1,7 @@
 """From a table of channels to the padded problem of a fit."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import equinox as eqx
 import jax
@@ -12,13 +12,16 @@ from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.groups import Group, Groups, over_columns
 from fitting.measurements.sensed import Motion, SensedProblem
 from fitting.measurements.sky import Around, nodes_at, sky_at
-from jaxsat.environment import OrbitTable, sun_directions
+from jaxsat.environment import Commands, OrbitTable, sun_directions
 from jaxsat.integrators import StepGrid
 from jaxsat.satellites.model import Model
 from jaxsat.sensors import Panels
 from jaxsat.telemetry import Channel
-from jaxsat.telemetry.commands import tabulate_commands
 from jaxsat.time import Epoch
+from jaxsat.torques.commanded import commanded_columns
+
+OUT_OF_RANGE = 5.0
+"""Readings beyond so many times what nine of ten stay below are out of range."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +124,11 @@ def build_sensed(
 
 def with_commands(table: OrbitTable, model: Model, grid: StepGrid, samples: Samples) -> OrbitTable:
     """The table with the telemetered commands that parts of the satellite follow."""
-    return tabulate_commands(table, model.spacecraft, np.asarray(grid.node_times), samples.columns)
+    held, linear = commanded_columns(model.spacecraft.parts)
+    if not (held or linear):
+        return table
+    commands = Commands.of(samples.columns, held=held, linear=linear)
+    return replace(table, commands=commands(np.asarray(grid.node_times)))
 
 
 def _known(rows: np.ndarray, group: Group) -> np.ndarray:
@@ -135,8 +142,8 @@ def _floors(samples: Samples, model: Model, groups: Groups) -> np.ndarray:
     found = []
     for group in groups:
         rows, channel = samples.values[group.name], samples.channels[group.name]
-        cut = isinstance(model.sensors[group.name], Panels) and channel.quantum > 0.0 and not np.any(rows < 0.0)
-        floor = 0.5 * channel.quantum / channel.sigma if cut else NO_FLOOR
+        cut = isinstance(model.sensors[group.name], Panels) and bool(channel.quantum) and not np.any(rows < 0.0)
+        floor = 0.5 * (channel.quantum or 0.0) / channel.sigma
         found.append(np.where(rows == 0.0, floor, NO_FLOOR) if cut else np.full((len(rows), group.width), NO_FLOOR))
     return np.hstack(found)
 
@@ -158,13 +165,25 @@ def usable(problem: SensedProblem, samples: Samples) -> np.ndarray:
 
     In the penumbra a second decides what they read, and that says nothing about the attitude.
     """
+    wild = np.pad(_wild(samples), ((0, len(problem.valid) - len(samples.t)), (0, 0)))
     weight = np.asarray(problem.known, float) * np.asarray(problem.valid)[:, None]
+    weight[over_columns(wild, problem.groups)] = 0.0
     if problem.sky.light is None:
         return weight
     share = np.asarray(problem.sky.light.illumination)
     lit = np.array([problem.model.sensors[group.name].sees == "sun" for group in problem.groups])
     doubtful = ((share > 0.0) & (share < 1.0))[:, None] | ((share == 0.0)[:, None] & np.asarray(problem.bright))
     return np.where(over_columns(doubtful & lit, problem.groups), 0.0, weight)
+
+
+def _wild(samples: Samples) -> np.ndarray:
+    """[time channels] readings out of all range of their channel, as of wrong bytes: no motion makes them."""
+    found = []
+    for rows in samples.values.values():
+        size = np.nan_to_num(np.abs(rows)).max(axis=1)
+        measured = size[np.isfinite(rows).any(axis=1)]
+        found.append(size > OUT_OF_RANGE * np.quantile(measured, 0.9))
+    return np.stack(found, axis=1)
 
 
 def _given(samples: Samples, t: np.ndarray) -> Motion:

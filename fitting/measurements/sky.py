@@ -106,7 +106,7 @@ def _sky(
             around.orbit,
             times,
             jnp.asarray(sun_eci),
-            shadow=ConeShadow(radius),
+            shadow=ConeShadow(radius=radius),
             specular=SpecularAlbedo(radius),
             diffuse=DiffuseAlbedo(radius),
         )

@@ -140,7 +140,7 @@ def _channels(found, best, seen, point, counted) -> dict[str, ChannelFit]:
         sigma = channel.sigma * channel.to_unit
         mask = counted[own][:, columns]
         rms = float(np.sqrt((residual[mask] ** 2).mean()) * sigma) if mask.any() else None
-        angle = _angles(sensor, rows[own], best.problem, seen, own)
+        angle = _angles(sensor, rows[own], seen.readings[group.name][own])
         later = ~fitted & used
         held = _holdout(residual, promised, known, later, int((~fitted & ~used).sum()), sigma, angle)
         delay = None
@@ -152,7 +152,9 @@ def _channels(found, best, seen, point, counted) -> dict[str, ChannelFit]:
         if sensor.sees in ("field", "sun", "nadir") and residual.shape[1] == 3:
             good = used | ~fitted
             good &= known.all(axis=1)
-            breaks = find_breaks(samples.t[own][good], residual[good], modelled[good], sigma, 1.0)
+            # What the fit is not sure of, where it predicts, is no break.
+            wide = residual[good] / promised[good]
+            breaks = find_breaks(samples.t[own][good], wide, modelled[good] / promised[good], sigma, 1.0)
         angle_fitted = angle[fitted & used & np.isfinite(angle)]
         result[group.name] = ChannelFit(
             name=group.name,
@@ -187,31 +189,17 @@ def _holdout(residual, promised, known, later, outliers, sigma, angle) -> Holdou
     return Holdout(int(mask.sum()), outliers, rms, promise, float(np.median(seen)) if len(seen) else None)
 
 
-def _angles(sensor: AbstractSensor, rows, problem, seen: Look, own) -> np.ndarray:
-    """[time] angle between what a sensor sees by its calibration and what the motion has there [deg]; NaN for none."""
-    nothing = np.full(len(own), np.nan)
-    found = sensor.direct(rows, 1.0) if sensor.sees in ("field", "sun", "nadir", "attitude") else None
-    if found is None:
-        return nothing
-    measured = np.asarray(found[0], float)
-    q = seen.quaternion[own]
+def _angles(sensor: AbstractSensor, measured: np.ndarray, modelled: np.ndarray) -> np.ndarray:
+    """[time] angle between what the calibration makes of measured and of modelled readings [deg]; NaN for none."""
+    if sensor.sees not in ("field", "sun", "nadir", "attitude"):
+        return np.full(len(measured), np.nan)
+    found = [sensor.direct(readings, 1e-9) for readings in (measured, modelled)]
+    if found[0] is None or found[1] is None:
+        return np.full(len(measured), np.nan)
+    a, b = (np.asarray(each[0], float) for each in found if each is not None)
     if sensor.sees == "attitude":
-        overlap = np.abs(np.einsum("ni,ni->n", measured, q))
-        return np.degrees(2.0 * np.arccos(np.minimum(overlap, 1.0)))
-    sky = problem.sky
-    inertial = {"field": sky.b_field_eci, "nadir": -np.asarray(sky.position_eci)}
-    if sky.light is not None:
-        inertial["sun"] = sky.light.sun_eci
-    known = np.asarray(inertial[sensor.sees])[own]
-    body = _rotated_back(q, known)
-    cross = np.linalg.norm(np.cross(measured, body), axis=1)
-    return np.degrees(np.arctan2(cross, np.einsum("ni,ni->n", measured, body)))
-
-
-def _rotated_back(q: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    w, v = q[:, :1], -q[:, 1:]
-    twice = 2.0 * np.cross(v, vectors)
-    return vectors + w * twice + np.cross(v, twice)
+        return np.degrees(2.0 * np.arccos(np.minimum(np.abs(np.einsum("ni,ni->n", a, b)), 1.0)))
+    return np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ni,ni->n", a, b)))
 
 
 def _alternatives(found: Identified, seen: Look) -> list[dict]:

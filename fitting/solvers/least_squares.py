@@ -16,6 +16,7 @@ from fitting.measurements.abstract import PAD_SAMPLES, AbstractProblem, Predicti
 from fitting.measurements.floor import at_floor
 from fitting.measurements.groups import Groups, columns_of, over_columns
 from fitting.parameters.names import STATE
+from fitting.solvers.positive import solve_positive
 from jaxsat.math import quaternion
 
 SEPARATE_SCALE = 5.0
@@ -162,9 +163,7 @@ def solve_bounded(
     scaled = hessian / (root[:, None] * root[None, :])
     identity = jnp.eye(scaled.shape[0], dtype=scaled.dtype)
     dampings = jnp.stack([point.damping, jnp.minimum(point.damping, TINY_DAMPING)])
-    steps = jax.vmap(
-        lambda damping: -jax.scipy.linalg.solve(scaled + damping * identity, gradient / root, assume_a="pos") / root
-    )(dampings)
+    steps = jax.vmap(lambda damping: -solve_positive(scaled + damping * identity, gradient / root) / root)(dampings)
     promise = -0.5 * gradient @ steps[1]
     # A matrix that rounding makes indefinite promises nothing that could be believed.
     return jnp.clip(point.x + steps[0], lower, upper) - point.x, jnp.where(jnp.isnan(promise), jnp.inf, promise)

@@ -21,6 +21,7 @@ from jaxsat.environment.atmosphere import air_velocity_eci as air_velocity_eci
 from jaxsat.environment.atmosphere import exponential_density as exponential_density
 from jaxsat.environment.atmosphere import height_above_ellipsoid as height_above_ellipsoid
 from jaxsat.environment.commands import Commands as Commands
+from jaxsat.environment.commands import CommandTable as CommandTable
 from jaxsat.environment.ephemeris import Ephemeris as Ephemeris
 from jaxsat.environment.ephemeris import apparent_moon as apparent_moon
 from jaxsat.environment.ephemeris import ephemeris as ephemeris
@@ -70,7 +71,6 @@ from jaxsat.environment.sun import sun_position as sun_position
 from jaxsat.environment.surroundings import Surroundings as Surroundings
 from jaxsat.environment.table import LightTable as LightTable
 from jaxsat.environment.table import OrbitTable as OrbitTable
-from jaxsat.environment.table import commanded as commanded
 from jaxsat.environment.table import solar_pressure as solar_pressure
 from jaxsat.environment.table import tabulate_light as tabulate_light
 from jaxsat.environment.table import tabulate_orbit as tabulate_orbit

@@ -16,16 +16,29 @@ from jaxtyping import Array, Float
 AT_ROW = 1e-6
 """A time is that of a row if it is no farther from it [s]."""
 
+Rows = Float[Array | np.ndarray, " _"]
 Values = Float[Array | np.ndarray, "*times"]
+
+
+class CommandTable(eqx.Module):
+    """What is commanded along a table's times, by column; at a row's instant, where it jumps, on both sides of it."""
+
+    values: dict[str, Values]
+    """As a step that begins then meets them."""
+    rates: dict[str, Values]
+    """Of the columns that change in a straight line [1/s]."""
+    values_before: dict[str, Values]
+    """As a step that ends then meets them."""
+    rates_before: dict[str, Values]
 
 
 class Commands(eqx.Module):
     """Columns of commands with rows of their own; made by `Commands.of`, which checks them."""
 
-    held: Mapping[str, tuple[Float[np.ndarray, " rows"], Float[np.ndarray, " rows"]]]
-    """Times [s] and values of columns that stay as they are until the next row."""
-    linear: Mapping[str, tuple[Float[np.ndarray, " rows"], Float[np.ndarray, " rows"]]]
-    """Those that change in a straight line from row to row."""
+    held: Mapping[str, tuple[Rows, Rows]]
+    """Times [s] and values of columns that stay as they are until the next row; the first value holds before it too."""
+    linear: Mapping[str, tuple[Rows, Rows]]
+    """Those that change in a straight line from row to row; before the first and after the last one they stay."""
 
     @staticmethod
     def of(
@@ -40,21 +53,26 @@ class Commands(eqx.Module):
         """
         return Commands(*({name: _known_rows(columns, name) for name in names} for names in (held, linear)))
 
-    def __call__(self, times: Float[Array | np.ndarray, "*times"]) -> tuple[dict[str, Values], dict[str, Values]]:
-        """Values of all columns at `times` [s], and the rates of the linear ones [1/s].
-
-        Outside the rows the first and the last value hold. At the instant of a row itself, where a held value or a rate
-        may jump, it is the mean of both sides: two steps that share this node then have the right impulse together.
-        """
+    def __call__(self, times: Float[Array | np.ndarray, " n"]) -> CommandTable:
+        """What is commanded at `times` [s], in the order in which steps take them."""
         xp: Any = jnp if isinstance(times, jax.Array) else np
-        values, rates = {name: _mean(xp, times, *rows) for name, rows in self.held.items()}, {}
+        held, lines, slopes = dict(self.held), {}, {}
         for name, (at, value) in self.linear.items():
-            values[name] = xp.interp(times, xp.asarray(at, times.dtype), xp.asarray(value, times.dtype))
-            rates[name] = _mean(xp, times, *_slopes(xp, at, value))
-        return values, rates
+            lines[name] = xp.interp(times, xp.asarray(at, times.dtype), xp.asarray(value, times.dtype))
+            slopes[name] = _slopes(xp, at, value)
+        backward = times[-1] < times[0]
+
+        def sides(columns):
+            found = {name: _sides(xp, times, *rows) for name, rows in columns.items()}
+            later = {name: xp.where(backward, before, after) for name, (before, after) in found.items()}
+            earlier = {name: xp.where(backward, after, before) for name, (before, after) in found.items()}
+            return later, earlier
+
+        (values, values_before), (rates, rates_before) = sides(held), sides(slopes)
+        return CommandTable(values | lines, rates, values_before | lines, rates_before)
 
     def jumps(self) -> Float[np.ndarray, " jumps"]:
-        """Times [s] at which a held value or a rate jumps: a grid through them loses no accuracy."""
+        """Times [s] at which a held value or a rate jumps: a grid with steps that end there loses no accuracy."""
         pieces = [*self.held.values(), *(_slopes(np, *rows) for rows in self.linear.values())]
         found = [edges[1:][np.diff(values) != 0.0] for edges, values in pieces]
         return np.unique(np.concatenate([np.zeros(0), *found]))
@@ -79,9 +97,9 @@ def _slopes(xp, times, values):
     return xp.concatenate([times[:1], times]), xp.concatenate([none, xp.diff(values) / xp.diff(times), none])
 
 
-def _mean(xp, times, edges, values):
-    """Mean of what is held just before and just after each time."""
+def _sides(xp, times, edges, values):
+    """What is held just before and just after each time."""
     edges, values = xp.asarray(edges, times.dtype), xp.asarray(values, times.dtype)
     before = xp.searchsorted(edges, times - AT_ROW, side="left") - 1
     after = xp.searchsorted(edges, times + AT_ROW, side="right") - 1
-    return 0.5 * (values[xp.maximum(before, 0)] + values[xp.maximum(after, 0)])
+    return values[xp.maximum(before, 0)], values[xp.maximum(after, 0)]

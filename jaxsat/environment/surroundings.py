@@ -1,5 +1,7 @@
 """An orbit with all that a satellite meets on it, ready to be tabulated at any times."""
 
+import dataclasses
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -12,7 +14,7 @@ from jaxsat.environment.commands import Commands
 from jaxsat.environment.magnetic import AbstractMagneticField
 from jaxsat.environment.orbit import AbstractOrbit
 from jaxsat.environment.shadow import ConeShadow, CylinderShadow
-from jaxsat.environment.table import OrbitTable, commanded, tabulate_orbit
+from jaxsat.environment.table import OrbitTable, tabulate_orbit
 from jaxsat.math import float_array
 
 
@@ -57,4 +59,4 @@ class Surroundings(eqx.Module):
             sun_distance=sun_distance,
             shadow=self.shadow,
         )
-        return table if self.commands is None else commanded(table, self.commands, times)
+        return table if self.commands is None else dataclasses.replace(table, commands=self.commands(times))

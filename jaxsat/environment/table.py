@@ -13,7 +13,7 @@ from jaxsat.constants import AU, EARTH_ROTATION_RATE, SOLAR_PRESSURE
 from jaxsat.environment.albedo.diffuse import DiffuseAlbedo
 from jaxsat.environment.albedo.specular import SpecularAlbedo
 from jaxsat.environment.atmosphere import ExponentialAtmosphere, air_velocity_eci
-from jaxsat.environment.commands import Commands
+from jaxsat.environment.commands import CommandTable
 from jaxsat.environment.magnetic import AbstractMagneticField, magnetic_field_eci
 from jaxsat.environment.shadow import ConeShadow, CylinderShadow
 
@@ -38,10 +38,16 @@ class OrbitTable(eqx.Module):
     """Unit vector to the Sun, inertial frame."""
     solar_pressure: Float[Array, "*times"] | None = None
     """Pressure of the sunlight on a black surface facing it, eclipse included [Pa]."""
-    commands: dict[str, Float[Array, "*times"]] | None = None
-    """What coils and wheels were commanded, by the name of the column (`jaxsat.environment.Commands`)."""
-    command_rates: dict[str, Float[Array, "*times"]] | None = None
-    """Rates of commands that change in a straight line, as of a wheel's speed [1/s]."""
+    commands: CommandTable | None = None
+    """What coils and wheels were commanded."""
+
+    def at_end(self) -> "OrbitTable":
+        """As a step that ends here meets it: what is commanded from now on is not yet."""
+        then = self.commands
+        if then is None:
+            return self
+        ended = dataclasses.replace(then, values=then.values_before, rates=then.rates_before)
+        return dataclasses.replace(self, commands=ended)
 
 
 class LightTable(eqx.Module):
@@ -101,14 +107,6 @@ def tabulate_orbit(
     sun = None if sun_eci is None else jnp.asarray(sun_eci)
     distance = None if sun is None else jnp.broadcast_to(jnp.asarray(sun_distance, sun.dtype), times.shape)
     return jax.vmap(at)(times, sun, distance)
-
-
-def commanded(table: OrbitTable, commands: Commands, times: Float[Array | np.ndarray, "n"]) -> OrbitTable:
-    """The table with what was commanded at its `times` [s]."""
-    values, rates = commands(times)
-    return dataclasses.replace(
-        table, commands=jax.tree.map(jnp.asarray, values), command_rates=jax.tree.map(jnp.asarray, rates)
-    )
 
 
 def _field_and_rate(field, position, velocity, greenwich_angle, rotation_rate, *, with_rate):

@@ -32,14 +32,16 @@ class StepGrid(eqx.Module):
         start: float,
         max_step: float,
         tableau: Tableau = RK4,
+        stops: np.ndarray | None = None,
         pad_samples: int = 1,
         pad_steps: int = BLOCK,
     ) -> "StepGrid":
         """Grid from `start` through monotonic `times` [s] with steps of at most `max_step`, for one method.
 
         The numbers of samples and of steps are padded to multiples of `pad_samples` and `pad_steps`, so that files of
-        like shape share one compiled program. Raises ValueError where the times are not monotonic or leave `start`
-        on both sides, and where `max_step` is not positive.
+        like shape share one compiled program. Steps end at the `stops` [s] on the way too, such as `Commands.jumps`.
+        Raises ValueError where the times are not monotonic or leave `start` on both sides, and where `max_step` is not
+        positive.
         """
         if not max_step > 0:
             raise ValueError(f"StepGrid.through: max_step must be positive, got {max_step}")
@@ -47,16 +49,27 @@ class StepGrid(eqx.Module):
         gaps = np.diff(np.concatenate([[start], times]))
         if not (np.all(gaps >= 0) or np.all(gaps <= 0)):
             raise ValueError("StepGrid.through: times must run in one direction away from `start`")
+        marks = times if stops is None else _with_stops(times, start, np.asarray(stops, float))
+        gaps = np.diff(np.concatenate([[start], marks]))
         counts = np.ceil(np.abs(gaps) / max_step * (1 - 1e-12)).astype(int)
         steps = np.repeat(gaps / np.maximum(counts, 1), counts)
         index = np.cumsum(counts)
         steps = np.pad(steps, (0, -len(steps) % pad_steps))
-        index = np.pad(index, (0, -len(index) % pad_samples), mode="edge")
         ends = start + np.cumsum(steps)
         # Land on the requested times exactly: rounding must not put a node across a shadow edge from its sample.
-        ends[index[: len(times)][counts > 0] - 1] = times[counts > 0]
+        ends[index[counts > 0] - 1] = marks[counts > 0]
+        index = index if stops is None else index[np.searchsorted(np.abs(marks - start), np.abs(times - start))]
+        index = np.pad(index, (0, -len(index) % pad_samples), mode="edge")
         edges = np.concatenate([[start], ends])
         c = np.asarray(tableau.inner_nodes)
         inner = (1.0 - c) * edges[:-1, None] + c * edges[1:, None]
         nodes = np.concatenate([np.concatenate([edges[:-1, None], inner], axis=1).reshape(-1), edges[-1:]])
         return StepGrid(steps, nodes, index)
+
+
+def _with_stops(times: np.ndarray, start: float, stops: np.ndarray) -> np.ndarray:
+    """Requested times and the stops on the way to the last of them, in order."""
+    last = times[-1]
+    between = stops[(np.minimum(start, last) < stops) & (stops < np.maximum(start, last))]
+    marks = np.unique(np.concatenate([times, between]))
+    return marks[::-1] if last < start else marks

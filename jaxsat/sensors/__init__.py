@@ -13,10 +13,14 @@ from jaxsat.sensors.horizon_sensor import present as present
 from jaxsat.sensors.horizon_sensor import ramp_harmonics as ramp_harmonics
 from jaxsat.sensors.horizon_sensor import scan_harmonics as scan_harmonics
 from jaxsat.sensors.horizon_sensor import step_harmonics as step_harmonics
+from jaxsat.sensors.limb import LimbSensor as LimbSensor
 from jaxsat.sensors.limb import limb_distance as limb_distance
 from jaxsat.sensors.limb import limb_turn as limb_turn
 from jaxsat.sensors.limb import nadir_body as nadir_body
 from jaxsat.sensors.magnetometer import Magnetometer as Magnetometer
+from jaxsat.sensors.nadir import HorizonVector as HorizonVector
+from jaxsat.sensors.noise import normal_noise as normal_noise
+from jaxsat.sensors.noise import stepped as stepped
 from jaxsat.sensors.polygon_panels import PolygonPanels as PolygonPanels
 from jaxsat.sensors.polygon_panels import mirror_currents as mirror_currents
 from jaxsat.sensors.polygon_panels import polygon_panels as polygon_panels
@@ -32,6 +36,7 @@ from jaxsat.sensors.sun_sensor import lit_fraction as lit_fraction
 from jaxsat.sensors.sun_sensor import quantize as quantize
 from jaxsat.sensors.sunlight import Panels as Panels
 from jaxsat.sensors.sunlight import Photodiodes as Photodiodes
+from jaxsat.sensors.sunlight import PyramidSensor as PyramidSensor
 from jaxsat.sensors.sunlight import SunAngles as SunAngles
 from jaxsat.sensors.sunlight import SunVector as SunVector
 from jaxsat.sensors.view import View as View

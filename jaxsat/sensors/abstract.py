@@ -5,8 +5,9 @@ from typing import ClassVar, Literal
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, PRNGKeyArray
 
+from jaxsat.sensors.noise import Size, normal_noise
 from jaxsat.sensors.view import View
 
 Sight = Literal["field", "sun", "nadir", "rate", "attitude"]
@@ -33,6 +34,10 @@ class AbstractSensor(eqx.Module):
     ) -> Float[Array, " differences"]:
         """What a fit makes small; a quaternion or an angle differs on its sphere."""
         return modelled - reading
+
+    def noisy(self, reading: Float[Array, " channels"], sigma: Size, key: PRNGKeyArray) -> Float[Array, " channels"]:
+        """A mean reading with noise of `sigma` on each channel, as the sensor itself sends it."""
+        return normal_noise(reading, sigma, key)
 
     def direct(
         self, readings: Float[np.ndarray, "n channels"], sigma: float

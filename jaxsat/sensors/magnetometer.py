@@ -5,7 +5,7 @@ from typing import ClassVar
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, PRNGKeyArray
 
 from jaxsat.math import float_array, optional_array, unit
 from jaxsat.sensors.abstract import AbstractSensor, Sight
@@ -18,6 +18,7 @@ from jaxsat.sensors.mounting import (
     in_sensor,
     vectors_of,
 )
+from jaxsat.sensors.noise import Size, normal_noise, unit_noise
 from jaxsat.sensors.view import View
 from jaxsat.spacecraft import box_normals
 
@@ -68,6 +69,10 @@ class Magnetometer(AbstractSensor):
         if self.stray is not None:
             v = v + jnp.sum(self._sources(view)[:, None] * self.stray, axis=0)
         return columns_of(self.axes, unit(v) if self.unit_vector else v)
+
+    def noisy(self, reading: Float[Array, " channels"], sigma: Size, key: PRNGKeyArray) -> Float[Array, " channels"]:
+        """A unit vector again where only the direction is sent."""
+        return unit_noise(reading, sigma, key) if self.unit_vector else normal_noise(reading, sigma, key)
 
     def _sheared(self, v):
         (yz, xz, xy), (x, y, z) = self.shear, v

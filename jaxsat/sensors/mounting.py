@@ -20,6 +20,11 @@ def columns_of(axes: Float[Array, "channels 3"], vector: Float[Array, "3"]) -> F
     return jnp.sum(axes * vector[None, :], axis=-1)
 
 
+def shorter_way(angle: Float[Array, " n"]) -> Float[Array, " n"]:
+    """Angles in [-pi, pi) [rad]."""
+    return jnp.remainder(angle + jnp.pi, 2.0 * jnp.pi) - jnp.pi
+
+
 def body_from_sensor(turn: Float[Array, "3"]) -> Float[np.ndarray, "3 3"]:
     """Direction cosine matrix of the turn, on the host (Rodrigues' formula)."""
     vector = np.asarray(turn, float)
@@ -39,6 +44,12 @@ def directions_of(
     lengths = np.where(lengths > 0.0, lengths, np.nan)
     # An error as large as the vector itself says nothing of its direction, and no angle is larger than half a turn.
     return vectors / lengths[:, None], np.minimum(sigma / lengths, np.pi)
+
+
+def unit_readings(readings: Float[np.ndarray, "n 3"], sigma: float) -> Float[np.ndarray, "n 3"]:
+    """Readings of a unit vector, NaN where they are none to a tenth, or to five of their errors."""
+    off = np.abs(np.linalg.norm(readings, axis=1) - 1.0)
+    return np.where((off < max(0.1, 5.0 * sigma))[:, None], readings, np.nan)
 
 
 def vectors_of(

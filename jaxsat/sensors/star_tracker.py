@@ -5,11 +5,12 @@ from typing import ClassVar
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, PRNGKeyArray
 
 from jaxsat.math import float_array, quaternion, unit
 from jaxsat.sensors.abstract import AbstractSensor, Sight
 from jaxsat.sensors.mounting import NO_TURN
+from jaxsat.sensors.noise import Size, unit_noise
 from jaxsat.sensors.view import View
 
 
@@ -34,6 +35,10 @@ class StarTracker(AbstractSensor):
         """
         apart = quaternion.multiply(quaternion.conjugate(unit(reading)), modelled)
         return jnp.where(apart[0] < 0.0, -apart[1:], apart[1:])
+
+    def noisy(self, reading: Float[Array, "4"], sigma: Size, key: PRNGKeyArray) -> Float[Array, "4"]:
+        """A unit quaternion again."""
+        return unit_noise(reading, sigma, key)
 
     def direct(
         self, readings: Float[np.ndarray, "n 4"], sigma: float

@@ -94,5 +94,6 @@ def attitude_step(
     body: RigidBody, tableau: Tableau, state: AttitudeState, h: Float[Array, ""], points: tuple[OrbitTable, ...]
 ) -> AttitudeState:
     """One step of the attitude, with the quaternion brought back to unit length."""
+    points = (*points[:-1], points[-1].at_end())
     state = tableau_step(tableau, lambda y, point: derivative(y, point, body), state, h, points)
     return dataclasses.replace(state, quaternion=quaternion.normalize(state.quaternion))

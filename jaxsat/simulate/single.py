@@ -1,6 +1,7 @@
 """Attitude motion at any times within a stated tolerance."""
 
 import dataclasses
+import functools
 import math
 from collections.abc import Callable
 
@@ -12,6 +13,7 @@ from jaxtyping import Array, Float
 
 from jaxsat.dynamics import AttitudeState, rigid_body
 from jaxsat.environment import OrbitTable
+from jaxsat.environment.surroundings import Surroundings
 from jaxsat.integrators import DORMAND_PRINCE_8, AdamsGrid, StepGrid, Tableau
 from jaxsat.integrators.adams import ORDER, REACH, STABLE
 from jaxsat.integrators.grid import BLOCK
@@ -47,9 +49,10 @@ def simulate(
     The step is tried from the motion's rate, checked by a second run with longer steps, and shortened until the two
     agree; `error` of the result is their difference. The torques are by default those of the satellite's parts
     (`jaxsat.torques.torques_of`). The method is the Runge-Kutta one of `tableau`; by default Adams of order 12 where
-    all torques are smooth, else Dormand-Prince 8. To differentiate, go over the grid of the result with
-    `simulate_on_grid`. Raises ValueError where the times are not monotonic, state or motion is not finite, and where no
-    step holds the tolerance: it is below rounding, or the motion has kinks that no step resolves.
+    all torques are smooth, else Dormand-Prince 8, whose steps end where a command of `Surroundings` jumps. To
+    differentiate, go over the grid of the result with `simulate_on_grid`. Raises ValueError where the times are not
+    monotonic, state or motion is not finite, and where no step holds the tolerance: it is below rounding, or the motion
+    has kinks that no step resolves.
     """
     if not 0.0 < tolerance < 1.0:
         raise ValueError(f"simulate: tolerance must be between 0 and 1 rad, got {tolerance}")
@@ -66,9 +69,16 @@ def simulate(
             return _adams_at_step(spacecraft, initial, surroundings, times, start, torques, step)
         return _at_step(spacecraft, initial, surroundings, times, start, torques, tableau or DORMAND_PRINCE_8, step)
 
-    first = min(first_reach(tolerance, order, reach, stable) / rate, longest_step(times, start, tableau) / COARSER)
+    longest = longest_step(times, start, tableau, _jumps(surroundings))
+    first = min(first_reach(tolerance, order, reach, stable) / rate, longest / COARSER)
     _, error, motion = hold(tolerance, first, order, times, start, attempt)
     return dataclasses.replace(motion, error=error)
+
+
+def _jumps(surroundings: Tabulate) -> np.ndarray | None:
+    """Times at which what is commanded jumps, if anything is [s]."""
+    commands = surroundings.commands if isinstance(surroundings, Surroundings) else None
+    return None if commands is None else commands.jumps()
 
 
 def _smooth(spacecraft, surroundings, start, torques) -> bool:
@@ -86,14 +96,15 @@ def first_reach(tolerance: float, order: int, reach: float, stable: float) -> fl
     return min(reach * tolerance ** (1.0 / order), stable)
 
 
-def longest_step(times: np.ndarray, start: float, tableau: Tableau | None) -> float:
+def longest_step(times: np.ndarray, start: float, tableau: Tableau | None, stops: np.ndarray | None = None) -> float:
     """Step of the coarsest grid [s]: a step that the samples force on both runs would tell nothing of the error."""
     span = float(np.max(np.abs(times - start), initial=0.0))
     if span == 0.0:
         return math.inf
     if tableau is None:
         return abs(float(AdamsGrid.through(times, start=start, max_step=span).step))
-    return float(np.max(np.abs(StepGrid.through(times, start=start, max_step=span, tableau=tableau).step)))
+    grid = StepGrid.through(times, start=start, max_step=span, tableau=tableau, stops=stops)
+    return float(np.max(np.abs(grid.step)))
 
 
 def hold(tolerance, first_step, order, times, start, attempt):
@@ -156,10 +167,12 @@ def _apart(p: Float[Array, "*batch 4"], q: Float[Array, "*batch 4"]) -> Float[Ar
 
 
 def _at_step(spacecraft, initial, surroundings, times, start, torques, tableau, step) -> Trajectory:
-    grid = StepGrid.through(times, start=start, max_step=step, tableau=tableau)
-    used = grid.step.shape[0]
+    lay = functools.partial(
+        StepGrid.through, times, start=start, max_step=step, tableau=tableau, stops=_jumps(surroundings)
+    )
+    used = lay().step.shape[0]
     # Few shapes, few compilations: the steps' number is rounded up, and the rest is not computed.
-    grid = StepGrid.through(times, start=start, max_step=step, tableau=tableau, pad_steps=bucket(used))
+    grid = lay(pad_steps=bucket(used))
     return _run(spacecraft, initial, surroundings, grid, torques, tableau, np.asarray(used // BLOCK))
 
 

@@ -1,9 +1,11 @@
 """What every torque has in common: what it reads and how it is called."""
 
 from abc import abstractmethod
+from collections.abc import Mapping
 from typing import TypeVar
 
 import equinox as eqx
+import numpy as np
 from jaxtyping import Array, Float
 
 from jaxsat.spacecraft import Spacecraft
@@ -34,9 +36,9 @@ class BodyEnvironment(eqx.Module):
     """State of the hysteresis rods (`jaxsat.torques.hysteresis`)."""
     distance: Float[Array, ""] | None = None
     """Length of `position_body`, the same in all axes [m]; None where nobody has worked it out."""
-    commands: dict[str, Float[Array, ""]] | None = None
+    commands: Mapping[str, Float[Array | np.ndarray, ""]] | None = None
     """What coils and wheels were commanded, by the name of the column."""
-    command_rates: dict[str, Float[Array, ""]] | None = None
+    command_rates: Mapping[str, Float[Array | np.ndarray, ""]] | None = None
     """Rates of commands that change in a straight line [1/s]."""
 
 

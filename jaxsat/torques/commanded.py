@@ -3,10 +3,11 @@
 Spacecraft(inertia, parts=(Coil([1, 0, 0], 2.0, "coil_x_A"), Wheel([0, 0, 1], 1e-5, "wheel_rad_s")))
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import equinox as eqx
+import numpy as np
 from jaxtyping import Array, Float
 
 from jaxsat.math import cross, float_array
@@ -14,10 +15,12 @@ from jaxsat.spacecraft import Spacecraft
 from jaxsat.torques.abstract import AbstractTorque, BodyEnvironment, required
 from jaxsat.torques.magnetic import magnetic_torque
 
+Number = Float[Array | np.ndarray, ""]
+
 SOURCE = "Surroundings(..., commands=Commands.of(columns, held=..., linear=...))"
 
 
-def _commanded(entries: dict[str, Float[Array, ""]] | None, user: str, name: str, column: str) -> Float[Array, ""]:
+def _commanded(entries: Mapping[str, Number] | None, user: str, name: str, column: str) -> Number:
     """The entry of a column; ValueError where there is none."""
     found = required(entries, user, name, SOURCE)
     return required(found.get(column), user, f"{name}[{column!r}]", SOURCE)
@@ -36,15 +39,15 @@ class Coil(AbstractTorque):
     """Of the current [A], which is held until the next row."""
 
     def __call__(self, spacecraft: Spacecraft, around: BodyEnvironment) -> Float[Array, "3"]:
-        current = _commanded(around.commands, "Coil", "OrbitTable.commands", self.column)
+        current = _commanded(around.commands, "Coil", "BodyEnvironment.commands", self.column)
         return magnetic_torque(self.area_turns * current * self.axis, around.b_field_body)
 
 
 def wheel_torque(
     axis: Float[Array, "3"],
     inertia: Float[Array, ""],
-    speed: Float[Array, ""],
-    acceleration: Float[Array, ""],
+    speed: Number,
+    acceleration: Number,
     angular_velocity: Float[Array, "3"],
 ) -> Float[Array, "3"]:
     """-I (s' a + w x s a) [N m]: what a wheel of speed s against the body takes from the body's own momentum J w.
@@ -52,7 +55,7 @@ def wheel_torque(
     The momentum of both is J w + I s a, the inertia J being that of the satellite with its wheels locked (Markley &
     Crassidis 2014, sec. 3.3.5).
     """
-    return -inertia * (acceleration * axis + cross(angular_velocity, speed * axis))
+    return -inertia * (acceleration * axis + speed * cross(angular_velocity, axis))
 
 
 class Wheel(AbstractTorque):
@@ -68,8 +71,8 @@ class Wheel(AbstractTorque):
     """Of the speed against the body [rad/s], linear between rows."""
 
     def __call__(self, spacecraft: Spacecraft, around: BodyEnvironment) -> Float[Array, "3"]:
-        speed = _commanded(around.commands, "Wheel", "OrbitTable.commands", self.column)
-        acceleration = _commanded(around.command_rates, "Wheel", "OrbitTable.command_rates", self.column)
+        speed = _commanded(around.commands, "Wheel", "BodyEnvironment.commands", self.column)
+        acceleration = _commanded(around.command_rates, "Wheel", "BodyEnvironment.command_rates", self.column)
         return wheel_torque(self.axis, self.inertia, speed, acceleration, around.angular_velocity)
 
 

@@ -63,6 +63,20 @@ def test_padding_stands_at_the_end_and_takes_no_time():
     assert StepGrid.through(times, start=0.0, max_step=1.0).step.shape[0] % BLOCK == 0
 
 
+@pytest.mark.parametrize("order", [1.0, -1.0], ids=["forward", "backward"])
+def test_steps_end_at_stops_that_are_no_samples(order):
+    times, stops = order * np.array([0.0, 4.0, 4.0, 10.0]), order * np.array([-1.0, 2.5, 4.0, 7.25, 10.0, 12.0])
+    grid = StepGrid.through(times, start=0.0, max_step=1.0, stops=stops, pad_samples=5)
+    check(grid, times, 0.0, 1.0)
+    np.testing.assert_array_equal(grid.sample_index, [0, 5, 5, 12, 12])
+    assert set(order * np.array([2.5, 7.25])) <= set(edges(grid))
+    # Stops that are on no way change nothing.
+    bare = StepGrid.through(times, start=0.0, max_step=1.0)
+    same = StepGrid.through(times, start=0.0, max_step=1.0, stops=order * np.array([-3.0, 4.0, 11.0]))
+    np.testing.assert_array_equal(same.node_times, bare.node_times)
+    np.testing.assert_array_equal(same.sample_index, bare.sample_index)
+
+
 @pytest.mark.parametrize(
     ("times", "start"), [([1.0, 3.0, 2.0], 0.0), ([-1.0, 1.0], 0.0), ([2.0, 3.0], 2.5), ([np.nan], 0.0)]
 )

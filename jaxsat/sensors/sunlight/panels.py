@@ -6,10 +6,11 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, PRNGKeyArray
 
 from jaxsat.math import float_array, optional_array, quaternion
 from jaxsat.sensors.abstract import AbstractSensor, Sight
+from jaxsat.sensors.noise import Size, normal_noise
 from jaxsat.sensors.sunlight.sun_of_cells import sun_of_cells
 from jaxsat.sensors.view import View
 
@@ -46,6 +47,10 @@ class Panels(AbstractSensor):
         normals = self.tilted_normals()
         light = view.sunlight(normals)
         return self.max_current * self.gain * (light + view.earthlight(normals) if self.earthlight else light)
+
+    def noisy(self, reading: Float[Array, " n"], sigma: Size, key: PRNGKeyArray) -> Float[Array, " n"]:
+        """No current is below zero, and panels without light tell zero, as those of `current_readings`."""
+        return jnp.maximum(jnp.where(reading > 0.0, normal_noise(reading, sigma, key), 0.0), 0.0)
 
     def tilted_normals(self) -> Float[Array, "n 3"]:
         """Normals with the panels' tilts."""

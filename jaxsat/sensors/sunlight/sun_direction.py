@@ -5,7 +5,7 @@ from typing import ClassVar
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, PRNGKeyArray
 
 from jaxsat.math import float_array
 from jaxsat.sensors.abstract import AbstractSensor, Sight
@@ -16,8 +16,11 @@ from jaxsat.sensors.mounting import (
     columns_of,
     directions_of,
     in_sensor,
+    shorter_way,
+    unit_readings,
     vectors_of,
 )
+from jaxsat.sensors.noise import Size, unit_noise
 from jaxsat.sensors.view import View
 
 
@@ -35,16 +38,18 @@ class SunVector(AbstractSensor):
     def __call__(self, view: View) -> Float[Array, " channels"]:
         return columns_of(self.axes, in_sensor(self.turn, view.sun))
 
+    def noisy(self, reading: Float[Array, " channels"], sigma: Size, key: PRNGKeyArray) -> Float[Array, " channels"]:
+        """A unit vector again."""
+        return unit_noise(reading, sigma, key)
+
     def direct(
         self, readings: Float[np.ndarray, "n channels"], sigma: float
     ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]] | None:
-        """Directions of the Sun; NaN where the reading is no unit vector to a tenth or to five of its errors."""
+        """Directions of the Sun, NaN where the reading is no unit vector (`unit_readings`)."""
         read = vectors_of(readings, self.axes)
         if read is None:
             return None
-        off = np.abs(np.linalg.norm(read, axis=1) - 1.0)
-        read = np.where((off < max(0.1, 5.0 * sigma))[:, None], read, np.nan)
-        return directions_of(read @ body_from_sensor(self.turn).T, sigma)
+        return directions_of(unit_readings(read, sigma) @ body_from_sensor(self.turn).T, sigma)
 
 
 class SunAngles(AbstractSensor):
@@ -67,7 +72,7 @@ class SunAngles(AbstractSensor):
 
     def difference(self, modelled: Float[Array, "2"], reading: Float[Array, "2"]) -> Float[Array, "2"]:
         """The shorter way round [rad]."""
-        return jnp.remainder(modelled - reading + jnp.pi, 2.0 * jnp.pi) - jnp.pi
+        return shorter_way(modelled - reading)
 
     def direct(
         self, readings: Float[np.ndarray, "n 2"], sigma: float

@@ -16,8 +16,8 @@ EARTHLIGHT_FLOOR = np.radians(10.0)
 """No direction of cells that see the Earth is better known than this [rad]."""
 WIDEST = np.radians(45.0)
 """A direction known worse than this is none [rad]."""
-ELSEWHERE = 0.5
-"""Directions farther from the best than this are other answers, not its error [rad]."""
+ANSWERS, ELSEWHERE = 3, 0.3
+"""So many of the best directions are refined, each farther than this from the others [rad]."""
 BLOCK, STEPS = 128, 12
 
 Cells = Callable[[Float[np.ndarray, "... 3"]], Float[np.ndarray, "... cells"]]
@@ -66,15 +66,20 @@ class _Search:
     def result(self, sky):
         """Best directions [n 3] and their angles [n], NaN where nothing fits."""
         cost, share = self._over(sky)
-        chances = np.exp(-0.5 * (cost - cost.min(axis=1, keepdims=True)))
-        chances /= np.sum(chances, axis=1, keepdims=True)
-        first = np.argmin(cost, axis=1)
-        best, least, own = self._refined(sky[first], np.take_along_axis(share, first[:, None], axis=1)[:, 0])
-        apart = np.arccos(np.clip(best @ sky.T, -1.0, 1.0))
-        whole = np.sqrt(0.5 * np.sum(chances * apart**2, axis=1))
-        elsewhere = np.sqrt(0.5 * np.sum(np.where(apart > ELSEWHERE, chances * apart**2, 0.0), axis=1))
+        answers, free = [], cost
+        for _ in range(ANSWERS):
+            first = np.argmin(free, axis=1)
+            answers.append(self._refined(sky[first], np.take_along_axis(share, first[:, None], axis=1)[:, 0]))
+            free = np.where(sky[first] @ sky.T > np.cos(ELSEWHERE), np.inf, free)
+        places, chi_squares, slopes = (np.stack(each, axis=1) for each in zip(*answers, strict=True))
+        take, rows = np.argmin(chi_squares, axis=1), np.arange(len(cost))
+        best, least, own = places[rows, take], chi_squares[rows, take], slopes[rows, take]
+        over_sky = _spread(best, np.broadcast_to(sky, (len(best), *sky.shape)), cost, beyond=0.0)
         # Square on a cell its cosine is flat: there the slopes promise less than the search has found.
-        angles = np.hypot(np.minimum(own, whole), elsewhere)
+        own = np.minimum(own, over_sky)
+        others = _spread(best, places, chi_squares, beyond=own)
+        far = _spread(best, np.broadcast_to(sky, (len(best), *sky.shape)), cost, beyond=2.0 * ELSEWHERE)
+        angles = np.hypot(own, np.maximum(others, far))
         return best, np.where(least < 9.0 + 4.0 * np.sum(self.known, axis=1), angles, np.nan)
 
     def _over(self, sky):
@@ -129,6 +134,14 @@ class _Search:
             by_share[:, :-1] = np.where(self.known, -self.cells(sun) / self.error, 0.0)
             by_share[:, -1] = -1.0 / self.dimming
         return np.stack([*columns, by_share], axis=-1)
+
+
+def _spread(best, places, chi_squares, *, beyond):
+    """1-sigma angles [n] about directions [n 3] of places [n k 3] with these chi-squares, nearer ones left out."""
+    chances = np.exp(-0.5 * (chi_squares - chi_squares.min(axis=1, keepdims=True)))
+    apart = np.arccos(np.clip(np.einsum("ni,nki->nk", best, places), -1.0, 1.0))
+    counted = np.where(apart > np.reshape(beyond, (-1, 1)), apart, 0.0)
+    return np.sqrt(0.5 * np.sum(chances * counted**2, axis=1) / np.sum(chances, axis=1))
 
 
 def _moved(sun, turns):
