@@ -7,7 +7,7 @@ import numpy as np
 
 from jaxsat.satellites.satellite import Satellite
 from jaxsat.telemetry.checks.around import Around
-from jaxsat.telemetry.checks.finding import Finding
+from jaxsat.telemetry.checks.finding import Finding, finding
 from jaxsat.telemetry.table.session import TableSession
 
 _SAME_S = 0.01
@@ -61,7 +61,7 @@ def _apart(one: str, first: Sights, two: str, second: Sights, around: Around) ->
     )
     if odd:
         text += ": axes, a sign, a large bias, or stamps of one of them"
-    return [Finding(f"{one}, {two}", text, odd=odd, numbers={"angle_off_deg": off, "noise_deg": noise})]
+    return [finding(f"{one}, {two}", text, odd=odd, numbers={"angle_off_deg": off, "noise_deg": noise})]
 
 
 _NAMES = {"field": "field", "sun": "Sun", "nadir": "nadir"}

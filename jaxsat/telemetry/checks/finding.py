@@ -18,6 +18,13 @@ class Finding:
     """By names that carry their units."""
 
 
+def finding(
+    about: str, text: str, *, odd: bool | np.bool_ = False, numbers: Mapping[str, float | int] | None = None
+) -> Finding:
+    """Returns the finding in plain Python."""
+    return Finding(about, text, bool(odd), {name: float(value) for name, value in (numbers or {}).items()})
+
+
 def times_text(t_s: np.ndarray, limit: int = 5) -> str:
     """Times as text, cut after some."""
     shown = ", ".join(f"{t:g}" for t in t_s[:limit])

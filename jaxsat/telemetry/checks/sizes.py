@@ -9,7 +9,7 @@ from jaxsat.sensors import Gyroscope, Magnetometer, Panels, Photodiodes, StarTra
 from jaxsat.sensors.abstract import AbstractSensor
 from jaxsat.significant import count_text
 from jaxsat.telemetry.checks.around import Around
-from jaxsat.telemetry.checks.finding import Finding, times_text
+from jaxsat.telemetry.checks.finding import Finding, finding, times_text
 from jaxsat.telemetry.table.session import Channel
 
 _FIELD_UNITS = ("nT", "uT", "mT", "T", "mG", "G")
@@ -51,10 +51,10 @@ def _unit_length(channel: Channel, values: np.ndarray) -> list[Finding]:
     tolerance = max(0.02, 5.0 * channel.sigma)
     off = np.abs(length - 1.0) > tolerance
     text = f"length {np.median(length):.4f} in the middle, {length.min():.3f} to {length.max():.3f}; expected 1"
-    found = [Finding(channel.name, text, odd=abs(np.median(length) - 1.0) > tolerance)]
+    found = [finding(channel.name, text, odd=abs(np.median(length) - 1.0) > tolerance)]
     if off.any() and not found[0].odd:
         text = f"{count_text(int(off.sum()), 'reading')} of another length, wrong bytes perhaps: {times_text(t[off])}"
-        found.append(Finding(channel.name, text, odd=True, numbers={"of_another_length": float(off.sum())}))
+        found.append(finding(channel.name, text, odd=True, numbers={"of_another_length": float(off.sum())}))
     return found
 
 
@@ -72,15 +72,15 @@ def _field(channel: Channel, around: Around) -> list[Finding]:
         written = parsed_unit(channel.unit)
         fits = [unit for unit in _FIELD_UNITS if 0.7 < middle * parsed_unit(unit).factor / written.factor < 1.4]
         hint = f"; as {fits[0]} it would fit" if fits else ""
-        return [Finding(channel.name, f"{shown}: is the unit {channel.unit!r} right?{hint}", odd=True, numbers=numbers)]
-    found = [Finding(channel.name, shown, odd=spread > 0.15, numbers=numbers)]
+        return [finding(channel.name, f"{shown}: is the unit {channel.unit!r} right?{hint}", odd=True, numbers=numbers)]
+    found = [finding(channel.name, shown, odd=spread > 0.15, numbers=numbers)]
     if spread > 0.15:
         text = "it is not the field alone: a bias, currents on board, another orbit, or another clock"
-        found.append(Finding(channel.name, text, odd=True))
+        found.append(finding(channel.name, text, odd=True))
     off = np.abs(ratio - middle) > 0.2 + 6.0 * spread
     if off.any():
         text = f"{count_text(int(off.sum()), 'reading')} far from the field, wrong bytes perhaps: {times_text(t[off])}"
-        found.append(Finding(channel.name, text, odd=True, numbers={"far_from_field": float(off.sum())}))
+        found.append(finding(channel.name, text, odd=True, numbers={"far_from_field": float(off.sum())}))
     return found + _shift(channel, t[~off], size[~off], around)
 
 
@@ -99,8 +99,9 @@ def _shift(channel: Channel, t: np.ndarray, size: np.ndarray, around: Around) ->
     moved = float(shifts[best])
     if abs(moved) < 20.0 or cost[best] > 0.5 * cost[still]:
         return []
-    text = f"|B| fits IGRF better {abs(moved):g} s {'later' if moved > 0 else 'earlier'}: stamps or orbit are off by so much?"
-    return [Finding(channel.name, text, odd=True, numbers={"shift_s": moved})]
+    where = f"{abs(moved):g} s {'later' if moved > 0 else 'earlier'}"
+    text = f"|B| fits IGRF better {where}: stamps or orbit are off by so much?"
+    return [finding(channel.name, text, odd=True, numbers={"shift_s": moved})]
 
 
 def _rates(channel: Channel) -> list[Finding]:
@@ -112,7 +113,7 @@ def _rates(channel: Channel) -> list[Finding]:
     text = f"rates of {math.degrees(middle):.3g} deg/s in the middle, {math.degrees(most):.3g} at most"
     odd = most > _FASTEST_RAD_S
     return [
-        Finding(
+        finding(
             channel.name,
             text + (f": is the unit {channel.unit!r} right?" if odd else ""),
             odd=odd,
@@ -126,16 +127,23 @@ def _cells(channel: Channel, full: np.ndarray, around: Around) -> list[Finding]:
     known = np.isfinite(share).any(axis=1)
     t, share = channel.t_s[known], share[known]
     brightest = np.nanmax(share, axis=1)
-    seen = brightest > max(0.1, 5.0 * channel.sigma / float(np.min(np.abs(full))))
+    noise = channel.sigma / float(np.min(np.abs(full)))
+    seen = brightest > max(0.1, 5.0 * noise)
     most = float(np.quantile(brightest, 0.98))
     numbers = {"seen_light": float(seen.mean()), "brightest_of_full": most}
-    found = [Finding(channel.name, f"light seen in {seen.sum()} of {seen.size} readings", numbers=numbers)]
+    found = [finding(channel.name, f"light seen in {seen.sum()} of {seen.size} readings", numbers=numbers)]
+    wrong = (np.nanmin(share, axis=1) < -max(0.1, 6.0 * noise)) | (brightest > 2.5)
+    if wrong.any():
+        text = (
+            f"{count_text(int(wrong.sum()), 'reading')} below zero or beyond what light can do: {times_text(t[wrong])}"
+        )
+        found.append(finding(channel.name, text, odd=True, numbers={"impossible": float(wrong.sum())}))
     if most > 1.6 or (seen.any() and most < 0.4):
         word = "more" if most > 1.6 else "less"
         text = (
             f"the brightest readings are {most:.2g} of that with the Sun square on, {word} than can be: gain or unit?"
         )
-        found.append(Finding(channel.name, text, odd=True))
+        found.append(finding(channel.name, text, odd=True))
     return found + _against_shadow(channel, t, seen, around)
 
 
@@ -154,9 +162,9 @@ def _against_shadow(
         wrong = dark & seen
         text = f"{wrong.sum()} of {dark.sum()} readings in the computed shadow see light"
         where = f": {times_text(t[wrong])}; another orbit or clock?" if wrong.any() else ""
-        found.append(Finding(channel.name, text + where, odd=wrong.sum() > 0.02 * dark.sum() + 2))
+        found.append(finding(channel.name, text + where, odd=wrong.sum() > 0.02 * dark.sum() + 2))
     if gaps and lit.any() and not seen[lit].all():
         wrong = lit & ~seen
         text = f"{wrong.sum()} of {lit.sum()} readings in computed sunlight see none"
-        found.append(Finding(channel.name, text, odd=wrong.sum() > 0.7 * lit.sum()))
+        found.append(finding(channel.name, text, odd=wrong.sum() > 0.7 * lit.sum()))
     return found

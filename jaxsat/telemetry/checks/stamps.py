@@ -6,7 +6,7 @@ import numpy as np
 
 from jaxsat.satellites.satellite import Satellite
 from jaxsat.significant import count_text, spans_text
-from jaxsat.telemetry.checks.finding import Finding, times_text
+from jaxsat.telemetry.checks.finding import Finding, finding, times_text
 from jaxsat.telemetry.table.session import Channel, TableSession
 
 _GAP = 5.0
@@ -16,13 +16,13 @@ _FEW = 10
 
 def check_rows(session: TableSession) -> list[Finding]:
     """What was left out, what is not used, and what the reading of the stamps said."""
-    found = [Finding("stamps", remark, odd=True) for remark in session.remarks]
+    found = [finding("stamps", remark, odd=True) for remark in session.remarks]
     for reason, count in session.rejected_by_reason.items():
         rows = [each.row for each in session.rejections if each.reason == reason]
         text = f"{count_text(count, 'row')} left out, {reason}: {spans_text(rows, 6)}"
-        found.append(Finding("rows", text, numbers={"left_out": count}))
+        found.append(finding("rows", text, numbers={"left_out": count}))
     if session.unused:
-        found.append(Finding("rows", "columns that the satellite file does not name: " + ", ".join(session.unused)))
+        found.append(finding("rows", "columns that the satellite file does not name: " + ", ".join(session.unused)))
     return found
 
 
@@ -30,24 +30,25 @@ def check_spacing(channel: Channel, satellite: Satellite) -> list[Finding]:
     """Spacing of a channel's stamps, its gaps, and whether they are rounded without saying so."""
     about, t = channel.name, channel.t_s
     if t.size < 2:
-        return [Finding(about, count_text(t.size, "reading"), odd=True)]
+        return [finding(about, count_text(t.size, "reading"), odd=True)]
     spacing = np.diff(t)
     usual = float(np.median(spacing))
     numbers = {"readings": float(t.size), "spacing_s": usual, "shortest_s": float(spacing.min())}
     numbers |= {"longest_s": float(spacing.max()), "span_s": float(t[-1] - t[0])}
     text = f"{t.size} readings over {t[-1] - t[0]:g} s, {usual:g} s apart ({spacing.min():g} to {spacing.max():g})"
-    found = [Finding(about, text, numbers=numbers)]
+    found = [finding(about, text, numbers=numbers)]
     gaps = np.flatnonzero(spacing > _GAP * usual)
     if gaps.size:
         longest = spacing[gaps].max()
         text = f"{count_text(gaps.size, 'gap')} of more than {_GAP:g} times that, up to {longest:g} s, after "
-        found.append(Finding(about, text + times_text(t[gaps]), odd=longest > 0.1 * (t[-1] - t[0])))
+        found.append(finding(about, text + times_text(t[gaps]), odd=longest > 0.1 * (t[-1] - t[0])))
     step = _rounding(t)
     declared = satellite.time.resolution_s
-    uneven = float(np.std(spacing[spacing <= _GAP * usual])) > 0.05 * usual
+    # Dropped readings leave whole multiples of the usual spacing.
+    uneven = float(np.mean(np.abs(spacing / usual - np.round(spacing / usual)) > 0.05)) > 0.1
     if step is not None and uneven and step >= 0.2 * usual and (declared or 0.0) < step:
         text = f"stamps are multiples of {step:g} s and unevenly spaced: rounded? Then time.resolution_s = {step:g}"
-        found.append(Finding(about, text, odd=True, numbers={"resolution_s": step}))
+        found.append(finding(about, text, odd=True, numbers={"resolution_s": step}))
     return found
 
 
@@ -65,13 +66,13 @@ def check_columns(channel: Channel) -> list[Finding]:
     for name, values in zip(channel.columns, channel.values.T, strict=True):
         known = values[np.isfinite(values)]
         if name and not known.size:
-            found.append(Finding(channel.name, f"column {name} is empty", odd=True))
+            found.append(finding(channel.name, f"column {name} is empty", odd=True))
         elif known.size >= _FEW and np.ptp(known) == 0.0:
             text = f"column {name} is {known[0] * channel.to_unit:g} {channel.unit} in all rows: not connected?"
-            found.append(Finding(channel.name, text, odd=True))
+            found.append(finding(channel.name, text, odd=True))
     partly = int(np.sum(~np.isfinite(channel.values[:, [bool(name) for name in channel.columns]]).all(axis=1)))
     if partly:
-        found.append(Finding(channel.name, f"{count_text(partly, 'reading')} with an empty cell"))
+        found.append(finding(channel.name, f"{count_text(partly, 'reading')} with an empty cell"))
     return found
 
 
@@ -84,4 +85,4 @@ def check_turns(channel: Channel, rate_rad_s: np.ndarray) -> list[Finding]:
     if turn < 90.0:
         return []
     text = f"the satellite turns by {turn:.0f} deg between readings: attitudes and axes will be ambiguous"
-    return [Finding(channel.name, text, odd=True, numbers={"turn_between_deg": turn})]
+    return [finding(channel.name, text, odd=True, numbers={"turn_between_deg": turn})]

@@ -12,7 +12,7 @@ from jaxsat.satellites.satellite import Satellite
 from jaxsat.sensors import Gyroscope
 from jaxsat.telemetry.checks.angles import check_angles
 from jaxsat.telemetry.checks.around import Around, tabulated
-from jaxsat.telemetry.checks.finding import Finding
+from jaxsat.telemetry.checks.finding import Finding, finding
 from jaxsat.telemetry.checks.sizes import check_sizes, whole_rows
 from jaxsat.telemetry.checks.stamps import check_columns, check_rows, check_spacing, check_turns
 from jaxsat.telemetry.table.orbit import MARGIN_S, element_set_for, orbit_for
@@ -34,7 +34,7 @@ class SessionCheck:
     @property
     def odd(self) -> tuple[Finding, ...]:
         """What somebody should look at before a fit."""
-        return tuple(finding for finding in self.findings if finding.odd)
+        return tuple(each for each in self.findings if each.odd)
 
     def document(self) -> dict[str, Any]:
         """Returns the content of check.json."""
@@ -47,7 +47,7 @@ class SessionCheck:
             "epoch_utc": session.epoch.iso(3),
             "span_s": list(session.span_s),
             "readings": {name: channel.t_s.size for name, channel in session.channels.items()},
-            "odd": [f"{finding.about}: {finding.text}" for finding in self.odd],
+            "odd": [f"{each.about}: {each.text}" for each in self.odd],
             "findings": [
                 {"about": each.about, "odd": each.odd, "text": each.text, "numbers": dict(each.numbers)}
                 for each in self.findings
@@ -93,7 +93,7 @@ def _about_orbit(satellite: Satellite, session: TableSession, around: Around) ->
     lit = float(np.mean(around.illumination[within]))
     text = f"{height.min():.0f} to {height.max():.0f} km high, {100 * lit:.0f} % of the time in sunlight"
     numbers = {"lowest_km": float(height.min()), "highest_km": float(height.max()), "sunlit": lit}
-    found = [Finding("orbit", text, odd=bool(height.min() < 120.0), numbers=numbers)]
+    found = [finding("orbit", text, odd=bool(height.min() < 120.0), numbers=numbers)]
     elements = element_set_for(satellite, session)
     if elements is not None:
         days = session.epoch.seconds_since(elements.epoch) / 86400.0
@@ -102,7 +102,7 @@ def _about_orbit(satellite: Satellite, session: TableSession, around: Around) ->
         )
         old = abs(days) > _OLD_DAYS
         text += ": a second or more along its track" if old else ""
-        found.append(Finding("orbit", text, odd=old, numbers={"elements_age_days": days}))
+        found.append(finding("orbit", text, odd=old, numbers={"elements_age_days": days}))
     return found
 
 
