@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, final
 
 from jaxsat.errors import InputError
 from jaxsat.satellites.sections.file import SatelliteFile, checked
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 Convention = Literal["unknown", "mirrored"]
 
 
+@final
 @dataclass(frozen=True)
 class Satellite:
     """A satellite with its sensors, nominal values, and what is needed to read its telemetry."""

@@ -1,6 +1,7 @@
 """`jaxsat init`: the template reads back, and so does what is drafted from tables of several kinds."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from jaxsat.time import Epoch
 
 
 @pytest.fixture
-def drafted(tmp_path, capsys):
+def drafted(tmp_path: Path, capsys):
     """The text that is drafted from a table, the satellite that it makes, and the table read by it."""
 
     def draft(text: str) -> tuple[str, Satellite, TableSession]:

@@ -182,6 +182,46 @@ def test_axes_by_name_and_a_stray_field(file):
     assert leaf(found, "mag.stray.i2.z").sigma == pytest.approx(0.01 * 1e-6 / 1e-3)
 
 
+KINDS = {
+    "magnetometer": ('axes = ["+y"]\nshear = {value = [0, 0, 0], sigma = 0.1}', 1, "uT"),
+    "gyro": ("turn = {value = [0, 0, 0.1], sigma = 0.1}", 3, "rpm"),
+    "sun_vector": ('axes = ["-x", "-y", "+z"]', 3, "1"),
+    "sun_angles": ('axes = ["-x", "-y", "+z"]', 2, "deg"),
+    "pyramid": ("imax = {value = 2, sigma = 0.1}\nhood_angle_deg = {value = 70, sigma = 1}", 4, "1"),
+    "limb": ("earth_radius_km = {value = 6400, sigma = 10}", 2, "deg"),
+    "horizon_vector": ("", 3, "1"),
+    "star_tracker": ("turn = [0, 0.1, 0]", 4, "1"),
+    "panels": ('normals = ["+x"]\nimax = 500\nunit = "A"', 1, "uA"),
+    "photodiodes": (
+        'normals = ["+x"]\nunit = "V"\nresponse = "table"\n'
+        "table = [{angle_deg = 0, response = 1}, {angle_deg = 80, response = 0}]",
+        1,
+        "mV",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_of_sensor(file, kind):
+    keys, count, unit = KINDS[kind]
+    columns = ", ".join(f'"c{k}"' for k in range(count))
+    channel = f'[channels.one]\ncolumns = [{columns}]\nunit = "{unit}"\nsigma = 0.1\n'
+    found = read(file(BODY + f'[sensors.one]\nkind = "{kind}"\n{keys}\n{channel}'))
+    spots = [each.spot for each in found.leaves]
+    nominal = nominal_values(found.model, spots)
+    changed = nominal + 0.5
+    assert np.array_equal(nominal_values(with_values(found.model, spots, jax.numpy.asarray(changed)), spots), changed)
+    assert all(each.lower <= value <= each.upper for each, value in zip(found.leaves, nominal, strict=True))
+    assert all(each.loose > 0.0 for each in found.leaves)
+
+
+@pytest.mark.parametrize("kind", ["sun_angles", "pyramid", "limb"])
+def test_angles_want_three_axes(file, kind):
+    channel = '[channels.one]\ncolumns = ["a", "b"]\nunit = "deg"\nsigma = 0.1\n'
+    with pytest.raises(InputError, match="sensors.one: axes: expected three directions, found 2"):
+        read_satellite(file(BODY + f'[sensors.one]\nkind = "{kind}"\naxes = ["+x", "+y"]\n{channel}'))
+
+
 def test_aliases(file):
     found = read(file(BODY + MAG + '[aliases]\nals = ["magnet", "mag.bias.x"]\n'))
     assert found.aliases == {"als": ("magnet", "mag.bias.x")}

@@ -58,7 +58,7 @@ def summary(checked: "SessionCheck") -> list[Any]:
     from jaxsat.significant import count_text
 
     session = checked.session
-    head = f"{', '.join(path.name for path in session.paths)}: {len(session.channels)} channels, "
+    head = f"{', '.join(path.name for path in session.paths)}: {count_text(len(session.channels), 'channel')}, "
     lines = [Text(head + f"epoch {session.epoch.iso(3)} UTC\n", style="bold")]
     for finding in checked.findings:
         mark, style = ("ODD ", "bold yellow") if finding.odd else ("    ", "")

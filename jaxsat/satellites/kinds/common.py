@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from jaxsat.files.units import parsed_unit
 from jaxsat.satellites.sections.fitted import Direction, Triple, plain, to_direction
@@ -64,9 +64,17 @@ def axes_matrix(axes: Any) -> np.ndarray:
 class TurnedKeys(SensorKeys):
     """A sensor with axes of its own, nearly those of the body or of `axes`."""
 
+    whole_axes: ClassVar[bool] = False
+    """Whether all three axes are needed whatever the columns."""
     axes: Axes = NO_AXES
     turn: Triple = plain((0.0, 0.0, 0.0))
     """Rotation vector from the body's axes to the sensor's [rad]."""
+
+    @model_validator(mode="after")
+    def _three(self):
+        if self.whole_axes and len(axes_matrix(self.axes)) != 3:
+            raise ValueError(f"axes: expected three directions, found {len(self.axes)}")
+        return self
 
     @property
     def columns(self) -> int | None:

@@ -16,6 +16,7 @@ class LimbKeys(TurnedKeys):
     """`kind = "limb"`: distance of the sensor's x from the Earth's limb, and turn of the limb about it."""
 
     quantity: ClassVar[str | None] = "rad"
+    whole_axes: ClassVar[bool] = True
     earth_radius_km: PositiveScalar = plain(6371.2)
 
     @property

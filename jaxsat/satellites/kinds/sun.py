@@ -29,6 +29,7 @@ class SunAngleKeys(TurnedKeys):
     """`kind = "sun_angles"`: angles of the Sun about the sensor's z, atan2(x, z) and atan2(y, z)."""
 
     quantity: ClassVar[str | None] = "rad"
+    whole_axes: ClassVar[bool] = True
 
     @property
     def columns(self) -> int | None:
@@ -42,6 +43,8 @@ class SunAngleKeys(TurnedKeys):
 
 class PyramidKeys(TurnedKeys):
     """`kind = "pyramid"`: four faces about the sensor's x (Zhukov 2019)."""
+
+    whole_axes: ClassVar[bool] = True
 
     unit: UnitText = "1"
     """Of imax and of the columns."""
@@ -61,7 +64,7 @@ class PyramidKeys(TurnedKeys):
         from jaxsat.sensors import PyramidSensor, PyramidSunSensor
 
         unit, degree = parsed_unit(self.unit), math.radians(1.0)
-        turned, here = self.turned(name, leaves), f"sensors.{name}.pyramid"
+        turned, here = self.turned(name, leaves), f"sensors.{name}.instrument"
         most = self.imax.value * unit.factor
         leaves.add(
             f"{name}.imax",
@@ -86,4 +89,4 @@ class PyramidKeys(TurnedKeys):
                 upper=0.5 * math.pi,
             )
             angles[key] = np.asarray(given.value * degree)
-        return PyramidSensor(pyramid=PyramidSunSensor(max_current=np.asarray(most), **angles), **turned)
+        return PyramidSensor(instrument=PyramidSunSensor(max_current=np.asarray(most), **angles), **turned)

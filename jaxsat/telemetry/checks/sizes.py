@@ -129,14 +129,15 @@ def _cells(channel: Channel, full: np.ndarray, around: Around) -> list[Finding]:
     brightest = np.nanmax(share, axis=1)
     noise = channel.sigma / float(np.min(np.abs(full)))
     seen = brightest > max(0.1, 5.0 * noise)
-    most = float(np.quantile(brightest, 0.98))
+    wrong = (np.nanmin(share, axis=1) < -max(0.1, 6.0 * noise)) | (brightest > 2.5)
+    # Where most are too bright it is the gain that is wrong, and not the bytes.
+    credible = brightest if wrong.mean() > 0.5 else brightest[~wrong]
+    most = float(np.quantile(credible, 0.98))
     numbers = {"seen_light": float(seen.mean()), "brightest_of_full": most}
     found = [finding(channel.name, f"light seen in {seen.sum()} of {seen.size} readings", numbers=numbers)]
-    wrong = (np.nanmin(share, axis=1) < -max(0.1, 6.0 * noise)) | (brightest > 2.5)
-    if wrong.any():
-        text = (
-            f"{count_text(int(wrong.sum()), 'reading')} below zero or beyond what light can do: {times_text(t[wrong])}"
-        )
+    if 0 < wrong.sum() and credible is not brightest:
+        text = f"{count_text(int(wrong.sum()), 'reading')} below zero or beyond what light can do: "
+        text += times_text(t[wrong])
         found.append(finding(channel.name, text, odd=True, numbers={"impossible": float(wrong.sum())}))
     if most > 1.6 or (seen.any() and most < 0.4):
         word = "more" if most > 1.6 else "less"

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from jaxsat.satellites.satellite import Satellite
-from jaxsat.significant import count_text, spans_text
+from jaxsat.significant import count_text, spans_text, unit_text
 from jaxsat.telemetry.checks.finding import Finding, finding, times_text
 from jaxsat.telemetry.table.session import Channel, TableSession
 
@@ -68,7 +68,8 @@ def check_columns(channel: Channel) -> list[Finding]:
         if name and not known.size:
             found.append(finding(channel.name, f"column {name} is empty", odd=True))
         elif known.size >= _FEW and np.ptp(known) == 0.0:
-            text = f"column {name} is {known[0] * channel.to_unit:g} {channel.unit} in all rows: not connected?"
+            size = " ".join(part for part in (f"{known[0] * channel.to_unit:g}", unit_text(channel.unit)) if part)
+            text = f"column {name} is {size} in all rows: not connected?"
             found.append(finding(channel.name, text, odd=True))
     partly = int(np.sum(~np.isfinite(channel.values[:, [bool(name) for name in channel.columns]]).all(axis=1)))
     if partly:

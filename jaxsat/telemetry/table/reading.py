@@ -2,47 +2,25 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from jaxsat.errors import InputError
-from jaxsat.files.conditions import Condition, parsed_condition
+from jaxsat.files.conditions import parsed_condition
 from jaxsat.files.units import parsed_unit
 from jaxsat.satellites.satellite import Satellite
 from jaxsat.telemetry.table.axes import positions_of_date, quaternions_of_date
-from jaxsat.telemetry.table.cells import numbers
-from jaxsat.telemetry.table.raw import RawTable, read_raw_table
+from jaxsat.telemetry.table.raw import read_raw_table
+from jaxsat.telemetry.table.rows import Rows, backward, joined, kept, named_columns, rejected, stamped
 from jaxsat.telemetry.table.session import Channel, RejectedRow, TableSession
-from jaxsat.telemetry.table.stamps import as_epoch, instants, seconds_after
+from jaxsat.telemetry.table.stamps import as_epoch, seconds_after
 from jaxsat.time import Epoch
 
-NO_STAMP = "no stamp"
 REPEATED = "the same reading again"
 SECOND_READING = "another reading of an instant that has one"
 
 _UNIT_LENGTH = 0.05
-
-
-@dataclass(frozen=True)
-class _Rows:
-    """Rows of all files behind each other."""
-
-    files: tuple[RawTable, ...]
-    file: np.ndarray
-    """[rows] which of the files."""
-    row: np.ndarray
-    """[rows] line in it."""
-    tai: tuple[np.ndarray, np.ndarray]
-    columns: dict[str, np.ndarray]
-    """Numbers by column, as in the table; NaN where not measured or not in that file."""
-    texts: dict[str, np.ndarray]
-    """Texts of the columns that conditions compare with texts."""
-
-    def instant(self, place: int) -> tuple[float, float]:
-        """TAI of a row."""
-        return float(self.tai[0][place]), float(self.tai[1][place])
 
 
 def read_tables(paths: str | Path | Sequence[str | Path], satellite: Satellite) -> TableSession:
@@ -56,16 +34,16 @@ def read_tables(paths: str | Path | Sequence[str | Path], satellite: Satellite) 
         raise InputError("expected at least one table, got none")
     files = tuple(read_raw_table(path) for path in listed)
     conditions = [parsed_condition(text) for text in satellite.rows.keep]
-    rows = _joined(files, satellite, conditions)
+    rows = joined(files, satellite, conditions)
     rejections: list[RejectedRow] = []
-    used = _stamped(rows, satellite.time.column, rejections) & _kept(rows, conditions, rejections)
+    used = stamped(rows, satellite.time.column, rejections) & kept(rows, conditions, rejections)
     if not used.any():
         raise InputError(f"no row is left of {used.size}: {_why(rejections)}", file=files[0].path)
     order = np.flatnonzero(used)
     t_all = seconds_after(rows.tai, rows.instant(int(order[0])))
     zero = rows.instant(int(order[np.argmin(t_all[order])]))
     t_all = seconds_after(rows.tai, zero)
-    remarks = _backward(rows, t_all, used)
+    remarks = backward(rows, t_all, used)
     order = order[np.argsort(t_all[order], kind="stable")]
     channels = {name: _channel(name, satellite, rows, t_all, order, rejections) for name in satellite.channels}
     if not any(channel.t_s.size for channel in channels.values()):
@@ -78,16 +56,14 @@ def read_tables(paths: str | Path | Sequence[str | Path], satellite: Satellite) 
         if not t.size:
             raise InputError("holds no number", file=files[0].path, field=name)
     epoch = as_epoch(zero)
-    named = _named(satellite, conditions)
+    named, named_files = named_columns(satellite, conditions), tuple(file.path for file in files)
     return TableSession(
-        paths=tuple(file.path for file in files),
+        paths=named_files,
         sha256=tuple(file.sha256 for file in files),
         epoch=epoch,
         channels=channels,
         columns=columns,
-        rejections=tuple(
-            sorted(rejections, key=lambda each: (listed.index(each.path) if each.path in listed else 0, each.row))
-        ),
+        rejections=tuple(sorted(rejections, key=lambda each: (named_files.index(each.path), each.row))),
         remarks=tuple(remarks),
         motion=_motion(satellite, rows, t_all, order, epoch),
         positions=_positions(satellite, rows, t_all, order, epoch),
@@ -95,101 +71,8 @@ def read_tables(paths: str | Path | Sequence[str | Path], satellite: Satellite) 
     )
 
 
-def _named(satellite: Satellite, conditions: Sequence[Condition]) -> dict[str, bool]:
-    """Columns that the satellite file names, and whether they hold numbers that must be read."""
-    names = {satellite.time.column: False}
-    names |= {name: False for condition in conditions for name in condition.texts}
-    names |= {name: True for condition in conditions for name in condition.columns if name not in condition.texts}
-    names |= {name: True for channel in satellite.channels.values() for name in channel.columns if name}
-    names |= dict.fromkeys(satellite.columns, True)
-    if satellite.motion.columns:
-        names |= dict.fromkeys(satellite.motion.columns, True)
-    if satellite.orbit.columns:
-        names |= dict.fromkeys(satellite.orbit.columns.position, True)
-    return names
-
-
-def _joined(files: tuple[RawTable, ...], satellite: Satellite, conditions: Sequence[Condition]) -> _Rows:
-    for name in _named(satellite, conditions):
-        if name != satellite.time.column and not any(name in file.columns for file in files):
-            # The error of the first file, which tells what is like it.
-            files[0].column(name)
-    stamps = [instants(file, satellite.time) for file in files]
-    columns, texts = {}, {}
-    for name, numeric in _named(satellite, conditions).items():
-        if numeric:
-            columns[name] = np.concatenate([_numbers(file, name, satellite) for file in files])
-        elif name != satellite.time.column:
-            texts[name] = np.concatenate([_texts(file, name) for file in files])
-    return _Rows(
-        files=files,
-        file=np.repeat(np.arange(len(files)), [file.rows.size for file in files]),
-        row=np.concatenate([file.rows for file in files]),
-        tai=(np.concatenate([each[0] for each in stamps]), np.concatenate([each[1] for each in stamps])),
-        columns=columns,
-        texts=texts,
-    )
-
-
-def _numbers(file: RawTable, name: str, satellite: Satellite) -> np.ndarray:
-    if name not in file.columns:
-        return np.full(file.rows.size, np.nan)
-    return numbers(file, name, satellite.rows.not_measured)
-
-
-def _texts(file: RawTable, name: str) -> np.ndarray:
-    if name not in file.columns:
-        return np.full(file.rows.size, "", dtype=object)
-    return np.array([str(cell) for cell in file.columns[name]], dtype=object)
-
-
-def _reject(rows: _Rows, places: np.ndarray, column: str, reason: str, details: Sequence[str]) -> list[RejectedRow]:
-    return [
-        RejectedRow(rows.files[rows.file[k]].path, int(rows.row[k]), column, reason, detail)
-        for k, detail in zip(places.tolist(), details, strict=True)
-    ]
-
-
-def _stamped(rows: _Rows, column: str, rejections: list[RejectedRow]) -> np.ndarray:
-    known = np.isfinite(rows.tai[1])
-    missing = np.flatnonzero(~known)
-    rejections += _reject(rows, missing, column, NO_STAMP, ["empty"] * missing.size)
-    return known
-
-
-def _kept(rows: _Rows, conditions: Sequence[Condition], rejections: list[RejectedRow]) -> np.ndarray:
-    used = np.ones(rows.row.size, dtype=bool)
-    for condition in conditions:
-        values = {
-            name: rows.texts[name] if name in condition.texts else rows.columns[name] for name in condition.columns
-        }
-        against = np.flatnonzero(condition.violated(values) & used)
-        details = [", ".join(f"{name} = {_shown(values[name][k])}" for name in condition.columns) for k in against]
-        rejections += _reject(rows, against, ", ".join(condition.columns), f"not {condition.text}", details)
-        used[against] = False
-    return used
-
-
-def _shown(value: object) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
-
-
-def _backward(rows: _Rows, t_s: np.ndarray, used: np.ndarray) -> list[str]:
-    """Where stamps of a file fall, in words."""
-    remarks = []
-    for number, file in enumerate(rows.files):
-        places = np.flatnonzero(used & (rows.file == number))
-        falls = places[1:][np.diff(t_s[places]) < 0.0]
-        if falls.size:
-            where = ", ".join(str(rows.row[k]) for k in falls[:5]) + (", ..." if falls.size > 5 else "")
-            remarks.append(
-                f"{file.path.name}: stamps go back {falls.size} times, at row {where}; rows are put in order"
-            )
-    return remarks
-
-
 def _channel(
-    name: str, satellite: Satellite, rows: _Rows, t_s: np.ndarray, order: np.ndarray, rejections: list[RejectedRow]
+    name: str, satellite: Satellite, rows: Rows, t_s: np.ndarray, order: np.ndarray, rejections: list[RejectedRow]
 ) -> Channel:
     settings = satellite.channels[name]
     unit = parsed_unit(settings.unit)
@@ -213,7 +96,7 @@ def _channel(
 
 
 def _once(
-    rows: _Rows, t_s: np.ndarray, values: np.ndarray, places: np.ndarray, name: str, rejections: list[RejectedRow]
+    rows: Rows, t_s: np.ndarray, values: np.ndarray, places: np.ndarray, name: str, rejections: list[RejectedRow]
 ) -> np.ndarray:
     """Of several readings of one instant the first; the others are rejected."""
     again = np.flatnonzero(np.diff(t_s[places], prepend=-np.inf) <= 0.0)
@@ -224,18 +107,18 @@ def _once(
     same = (np.nan_to_num(values[places[again]]) == np.nan_to_num(values[places[earlier]])).all(axis=1)
     for reason, which in ((REPEATED, same), (SECOND_READING, ~same)):
         details = [f"row {rows.row[places[k]]} has {t_s[places[k]]:g} s too" for k in earlier[which]]
-        rejections += _reject(rows, places[again[which]], name, reason, details)
+        rejections += rejected(rows, places[again[which]], name, reason, details)
     return places[kept]
 
 
-def _column(name: str, factor: float, rows: _Rows, t_s: np.ndarray, order: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _column(name: str, factor: float, rows: Rows, t_s: np.ndarray, order: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Times and SI values where the column is measured; of one instant the last, which is the command that holds."""
     places = order[np.isfinite(rows.columns[name][order])]
     places = places[np.diff(t_s[places], append=np.inf) > 0.0]
     return t_s[places], rows.columns[name][places] * factor
 
 
-def _together(names: Sequence[str], rows: _Rows, t_s: np.ndarray, order: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _together(names: Sequence[str], rows: Rows, t_s: np.ndarray, order: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Times and values where all of the columns are measured; of one instant the first."""
     values = np.stack([rows.columns[name] for name in names], axis=1)
     places = order[np.isfinite(values[order]).all(axis=1)]
@@ -244,7 +127,7 @@ def _together(names: Sequence[str], rows: _Rows, t_s: np.ndarray, order: np.ndar
 
 
 def _motion(
-    satellite: Satellite, rows: _Rows, t_s: np.ndarray, order: np.ndarray, epoch: Epoch
+    satellite: Satellite, rows: Rows, t_s: np.ndarray, order: np.ndarray, epoch: Epoch
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Quaternions that the table tells; `InputError` for one that is not of unit length."""
     settings = satellite.motion
@@ -263,7 +146,7 @@ def _motion(
 
 
 def _positions(
-    satellite: Satellite, rows: _Rows, t_s: np.ndarray, order: np.ndarray, epoch: Epoch
+    satellite: Satellite, rows: Rows, t_s: np.ndarray, order: np.ndarray, epoch: Epoch
 ) -> tuple[np.ndarray, np.ndarray] | None:
     settings = satellite.orbit.columns
     if settings is None:
