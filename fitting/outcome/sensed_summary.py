@@ -4,6 +4,7 @@ import itertools
 
 import jax
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from fitting.identify import Identified, Minimum
 from fitting.measurements.abstract import RATE_UNIT
@@ -60,7 +61,8 @@ def summarize_sensed(found: Identified, *, with_worth: bool = True) -> SensedRes
     )
     status, verdict, message, remarks = judge(evidence)
     light = best.problem.sky.light
-    field = _rotated_back(seen.quaternion[:n], np.asarray(best.problem.sky.b_field_eci)[:n])
+    turned = Rotation.from_quat(seen.quaternion[:n], scalar_first=True)
+    field = turned.inv().apply(np.array(best.problem.sky.b_field_eci)[:n])
     return SensedResult(
         status=status,
         message=message,

@@ -97,6 +97,11 @@ def _rods(rods: tuple[Rod, ...], leaves: LeafList) -> tuple[MagneticRods | None,
             leaves.add_scalar_at(
                 len(looped), f"rods.{k}.{key}", f"spacecraft.hysteresis_rods.{place}", given, **settings
             )
+        # Nobody knows with what flux a rod enters the session, but that it is of the order of its remanence.
+        start = Fitted(value=0.0, sigma=rod.Br.value if rod.Br else None)
+        leaves.add_scalar_at(
+            len(looped), f"rods.{k}.start", "spacecraft.hysteresis_rods.induction", start, unit="T", loose=0.01
+        )
         looped.append(rod)
     straight = curved = None
     if linear:
@@ -109,7 +114,8 @@ def _rods(rods: tuple[Rod, ...], leaves: LeafList) -> tuple[MagneticRods | None,
         )
     if looped:
         numbers = {place: jnp.array([getattr(rod, key).value for rod in looped]) for key, (place, _) in _LOOP.items()}
-        curved = HysteresisRods(axes=jnp.array([rod.axis for rod in looped]), **numbers)
+        none = jnp.zeros(len(looped))
+        curved = HysteresisRods(axes=jnp.array([rod.axis for rod in looped]), induction=none, **numbers)
     return straight, curved
 
 
