@@ -24,8 +24,9 @@ def main() -> None:
     arguments = parser.parse_args()
     jax.config.update("jax_enable_x64", True)
 
+    from fitting.measurements.abstract import RATE_UNIT
     from fitting.measurements.observations import build_problem
-    from fitting.measurements.problem import RATE_UNIT, predict
+    from fitting.measurements.problem import predict
     from fitting.parameters.nominal import nominal_model
     from fitting.parameters.parametrization import parametrization
     from fitting.session import prepare_session

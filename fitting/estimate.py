@@ -9,8 +9,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.observations import LIMB_FIELD, Observations, build_problem
-from fitting.measurements.problem import RATE_UNIT, Problem
+from fitting.measurements.problem import Problem
 from fitting.outcome.result import FitResult
 from fitting.outcome.summary import describe, summarize
 from fitting.parameters.nominal import Nominal

@@ -81,6 +81,8 @@ class HysteresisRods(eqx.Module):
     """Slope after the field turns over that of the boundary loop, q0, in 0..1."""
     exponent: Float[Array, ""] = eqx.field(converter=float_array, default=2.0)
     """How late minor loops join the boundary, p >= 1."""
+    induction: Float[Array, "..."] = eqx.field(converter=float_array, default=0.0)
+    """With which the rods begin a motion that is fitted, one for all or for each [T]."""
 
 
 class Facets(eqx.Module):

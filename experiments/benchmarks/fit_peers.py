@@ -21,8 +21,8 @@ from models import fit_peer_model, fit_peer_numba
 from models.attitude_job import timed
 from scipy.optimize import least_squares
 
+from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.observations import build_problem
-from fitting.measurements.problem import RATE_UNIT
 from fitting.parameters.nominal import nominal_model
 from fitting.parameters.parametrization import parametrization
 from fitting.session import prepare_session

@@ -10,8 +10,9 @@ import numpy as np
 from generate import MAX_SPIN_DEG_S, regime_of, session_file
 
 from fitting.estimate import FINE_TOLERANCE
+from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.observations import Observations, build_problem
-from fitting.measurements.problem import RATE_UNIT, Problem
+from fitting.measurements.problem import Problem
 from fitting.outcome.result import FitResult
 from fitting.outcome.summary import summarize
 from fitting.parameters.names import DYNAMIC, GAINS, MAGNET, MODEL, TILTS, TO_UNIT

@@ -23,7 +23,7 @@ def trace(number: int, cache: Path, *, hard: bool, seed: int = 0, starts: int = 
     from session import blind_session, problem_of, step_s, true_start
 
     from fitting.estimate import COARSE_TOLERANCE
-    from fitting.measurements.problem import RATE_UNIT
+    from fitting.measurements.abstract import RATE_UNIT
     from fitting.parameters.names import STATE
     from fitting.parameters.parametrization import parametrization
     from fitting.starts.first_guesses import Sightings, filled_in, first_guesses, first_unknowns, silent_panels

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.measurements.abstract import PAD_SAMPLES, PAD_STEPS
 from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.limb import LimbAngles
-from fitting.measurements.problem import PAD_SAMPLES, PAD_STEPS, Problem
+from fitting.measurements.problem import LIMB, Problem
 from fitting.stored import Stored
 from jaxsat.environment import (
     AbstractMagneticField,
@@ -125,6 +126,7 @@ def build_problem(
     extra = len(grid.sample_index) - len(observations.t)
     measured = np.pad(observations.currents, ((0, extra), (0, 0)))
     floored = (measured == 0.0) & (floor is not None and not np.any(measured < 0.0))
+    no_floor = [] if observations.limb is None else [np.full((len(measured), LIMB.width), NO_FLOOR)]
     return Problem(
         grid=grid,
         orbit=orbit_table,
@@ -132,7 +134,7 @@ def build_problem(
         measured=measured,
         valid=np.arange(len(grid.sample_index)) < len(observations.t),
         noise=np.asarray(noise),
-        floor=np.where(floored, (floor or 0.0) / noise, NO_FLOOR),
+        floor=np.hstack([np.where(floored, (floor or 0.0) / noise, NO_FLOOR), *no_floor]),
         limb=_limb_angles(observations, extra, limb_sigma),
     )
 

@@ -9,6 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from fitting.measurements.abstract import PAD_SAMPLES, RATE_UNIT, AbstractProblem, Prediction
+from fitting.measurements.groups import Group, Groups
 from fitting.measurements.limb import LimbAngles, limb_residuals
 from fitting.parameters.names import DYNAMIC, STATE, TILTS
 from fitting.parameters.parametrization import Parametrization, build_model
@@ -20,19 +22,12 @@ from jaxsat.sensors.solar_panels import Albedo, panel_currents
 from jaxsat.simulate import Trajectory, simulate_on_grid
 from jaxsat.spacecraft import SolarPanels, Spacecraft
 
-PAD_SAMPLES = 16
-PAD_STEPS = 64
-"""Samples and steps of a problem are padded to multiples of these."""
-
-CURRENTS = 6
-"""Channels of a sample that are panel currents; those of limb angles, where there are any, come after them."""
-
-RATE_UNIT = 1.0 / 60.0
-"""Unit of the rate unknowns [rad/s]: a radian, the attitude's own unit, in a minute."""
+CURRENTS = Group("currents", 6)
+LIMB = Group("limb", 2, together=False)
 
 
-class Problem(eqx.Module):
-    """Everything about a session that does not change while it is fitted."""
+class Problem(AbstractProblem):
+    """A session of six panel currents, and of limb angles where they are fitted too."""
 
     grid: StepGrid
     orbit: OrbitTable
@@ -45,15 +40,17 @@ class Problem(eqx.Module):
     """False for padding."""
     noise: Float[Array | np.ndarray, ""]
     """1-sigma of one current, quantisation included [A]."""
-    floor: Float[Array | np.ndarray, "samples 6"]
-    """What a reading of zero may have been at most, in sigmas; -inf where a reading is above the telemetry's floor."""
+    floor: Float[Array | np.ndarray, "samples channels"]
     limb: LimbAngles | None = None
     """Limb angles at the samples; None where none are to be fitted."""
 
     @property
-    def channels(self) -> int:
-        """Measurements of a sample: six currents and, with limb angles, distance and turn."""
-        return CURRENTS + (0 if self.limb is None else 2)
+    def groups(self) -> Groups:
+        return (CURRENTS,) if self.limb is None else (CURRENTS, LIMB)
+
+    def telling(self) -> np.ndarray:
+        bright = np.asarray(self.measured).max(axis=1) > 0
+        return np.stack([bright] if self.limb is None else [bright, np.zeros_like(bright)], axis=1)
 
     def bright(self) -> np.ndarray:
         """[samples] whether some current stands three sigmas out of the noise, on the host."""
@@ -63,16 +60,8 @@ class Problem(eqx.Module):
         """[samples] whether the sample is outside the computed shadow, on the host."""
         return np.asarray(self.light.illumination) > 0.5
 
-
-class Prediction(eqx.Module):
-    """Whitened residuals of one trajectory and the attitude behind them."""
-
-    residual: Float[Array, "samples channels"]
-    """(modelled - measured) / sigma."""
-    quaternion: Float[Array, "samples 4"]
-    angular_velocity: Float[Array, "samples 3"]
-    rotation_jacobian: Float[Array, "samples 3 unknowns"]
-    """Small rotation in body axes [rad] for a unit change of each unknown."""
+    def predict_blocks(self, parameters, x, reference, blocks, *, visit, carry):
+        return predict_blocks(self, parameters, x, reference, blocks, visit=visit, carry=carry)
 
 
 class _Linear(eqx.Module):
@@ -169,10 +158,7 @@ def predict_blocks(
     visit: Callable[[Any, tuple[Array, Array], Array], Any],
     carry: Any,
 ) -> tuple[Prediction, Any]:
-    """Residuals of one start about the attitude `reference` at the grid's start, and what `visit` makes of the rest.
-
-    `carry` goes through `visit(carry, (residual, jacobian), begin)` for each block of `PAD_SAMPLES` samples of the arc,
-    the first of them number `begin`; the Jacobian [block channels unknowns] is exact and never there as a whole.
+    """As `AbstractProblem.predict_blocks` says.
 
     Only the state and the dynamic parameters are carried through the integration in forward mode; the sensor's own
     parameters and the attitude at each sample enter by the chain rule.

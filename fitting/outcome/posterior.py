@@ -14,7 +14,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Key
 
-from fitting.measurements.problem import RATE_UNIT, Problem, predict
+from fitting.measurements.abstract import RATE_UNIT
+from fitting.measurements.problem import Problem, predict
 from fitting.outcome.uncertainty import covariance
 from fitting.parameters.names import STATE, TO_UNIT, UNITS
 from fitting.parameters.parametrization import Parametrization
@@ -84,7 +85,12 @@ class Target(eqx.Module):
         reference = jnp.asarray(self.reference)
         prediction, jacobian = predict(self.problem, self.parameters, x, reference, self.settings.blocks)
         data = normal_equations(
-            prediction.residual, jacobian, jnp.asarray(self.weight), self.settings, jnp.asarray(self.problem.floor)
+            prediction.residual,
+            jacobian,
+            jnp.asarray(self.weight),
+            self.settings,
+            jnp.asarray(self.problem.floor),
+            self.problem.groups,
         )
         cost, gradient, _ = jax.tree.map(jnp.add, data, priors(x))
         inside = self.inside(u)

@@ -13,7 +13,8 @@ import jax
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from fitting.measurements.problem import RATE_UNIT, Problem
+from fitting.measurements.abstract import RATE_UNIT
+from fitting.measurements.problem import Problem
 from fitting.outcome.profile_walk import Held, Step, walk
 from fitting.outcome.summary import describe
 from fitting.outcome.uncertainty import at_bound, covariance, physical_covariance

@@ -5,7 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from fitting.measurements.problem import CURRENTS, RATE_UNIT, Problem
+from fitting.measurements.abstract import RATE_UNIT
+from fitting.measurements.problem import CURRENTS, Problem
 from fitting.outcome.result import AMBIGUOUS, CONVERGED, NOT_CONVERGED, FitResult, FittedParameter
 from fitting.outcome.uncertainty import (
     at_bound,
@@ -20,7 +21,7 @@ from fitting.parameters.names import GAINS, MAGNET, MODEL, NAMED, POLAR, STATE, 
 from fitting.parameters.null_space import gauge_text, unseen_directions
 from fitting.parameters.parametrization import INERTIA_SLICE, Parametrization, build_model
 from fitting.parameters.transforms import thinnest
-from fitting.solvers.least_squares import LIMB_SCALE
+from fitting.solvers.least_squares import SEPARATE_SCALE
 from fitting.solvers.refine import Refined
 from fitting.stored import Stored
 from jaxsat.math import angle_between, quaternion
@@ -73,7 +74,7 @@ def summarize(
     x, names = best.x, parameters.names
     noise = float(problem.noise)
     measured = np.asarray(problem.measured)
-    residual, weight = prediction.residual[:, :CURRENTS], best.weight[:, :CURRENTS]
+    residual, weight = prediction.residual[:, : CURRENTS.width], best.weight[:, : CURRENTS.width]
     modelled = measured + residual * noise
     values, values_jacobian, direct, field_body, field_angle = (
         np.asarray(array) for array in describe(problem, parameters, x[len(STATE) :], prediction.quaternion)
@@ -83,9 +84,9 @@ def summarize(
     # A panel that sees next to nothing reads an exact zero, which is no measurement of the noise.
     informative = ((modelled > 0.25 * noise) | (measured > 0.0)) & (weight > 0)
     residual = np.where(informative, residual, 0.0)
-    sighted = best.weight[:, CURRENTS:] > 0
-    limb_residual = np.where(sighted, prediction.residual[:, CURRENTS:], 0.0)
-    outlying = np.abs(limb_residual) > LIMB_SCALE
+    sighted = best.weight[:, CURRENTS.width :] > 0
+    limb_residual = np.where(sighted, prediction.residual[:, CURRENTS.width :], 0.0)
+    outlying = np.abs(limb_residual) > SEPARATE_SCALE
     sighted, limb_residual = sighted & ~outlying, np.where(outlying, 0.0, limb_residual)
     chi2 = float((residual**2).sum() + (limb_residual**2).sum())
     # Unknowns that the prior holds take no degree of freedom from the data.
@@ -134,10 +135,10 @@ def summarize(
     limb_rms_deg = None
     if problem.limb is not None and sighted.any():
         limb_rms_deg = float(np.degrees(np.sqrt((limb_residual**2).sum() / sighted.sum()) * float(problem.limb.sigma)))
-        wild = f", but for {outlying.sum()} beyond {LIMB_SCALE:g} sigmas" if outlying.any() else ""
+        wild = f", but for {outlying.sum()} beyond {SEPARATE_SCALE:g} sigmas" if outlying.any() else ""
         remarks.append(f"limb angles fit to {limb_rms_deg:.2g} deg{wild}")
     # A limited charge current only takes away: samples left out though they are as bright as modelled are misfits.
-    misfits = int((refined.limited[0] & (measured.sum(axis=1) > modelled.sum(axis=1) - 3.0 * noise)).sum())
+    misfits = int((refined.limited[0, :, 0] & (measured.sum(axis=1) > modelled.sum(axis=1) - 3.0 * noise)).sum())
     status, verdict = _verdict(
         float(best.cost), promise, ratio, refined, equals, dark_disagreement, misfits, int(problem.bright().sum())
     )
@@ -162,7 +163,7 @@ def summarize(
         modelled_mA=1e3 * modelled[:n],
         modelled_direct_mA=1e3 * direct[:n],
         weight=(informative * weight)[:n],
-        limited=refined.limited[0][:n],
+        limited=refined.limited[0, :n, 0],
         lit=problem.sunlit()[:n],
         unseen=unseen,
         limb_samples=int(sighted.any(axis=1).sum()),

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fitting.measurements.problem import RATE_UNIT
+from fitting.measurements.abstract import RATE_UNIT
 from fitting.parameters.names import NAMED, STATE, TO_UNIT
 
 

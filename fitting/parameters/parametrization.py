@@ -81,6 +81,16 @@ class Parametrization(eqx.Module):
         return STATE + self.free
 
     @property
+    def tree(self) -> "Parametrization":
+        """What of it a compiled program takes."""
+        return self
+
+    @property
+    def everything(self) -> np.ndarray:
+        """[unknowns] bool: what may move at the end."""
+        return np.ones(len(self.names), bool)
+
+    @property
     def polar(self) -> bool:
         """Whether the dipole moves by its modulus and angles."""
         return bool(set(POLAR) & set(self.free))

@@ -48,10 +48,10 @@ def fit_facts(result: "FitResult") -> list[tuple[str, str]]:
         ("residual RMS", f"{value_text(result.residual_rms_mA, 3)} mA"),
         ("samples", f"{result.t_s.size}, {int(lit.sum())} lit, t = {result.t_s[0]:g} to {result.t_s[-1]:g} s"),
         ("left out as limited", limited_text(result)),
-        ("attitude 1σ about x, y, z", f"{_medians(result.attitude_sigma_deg)} deg (median)"),
+        ("attitude 1σ about x, y, z", f"{medians(result.attitude_sigma_deg)} deg (median)"),
         (
             "angle of x to the field",
-            f"{_range(result.field_angle_deg)} deg, 1σ {_medians(result.field_angle_sigma_deg)} deg",
+            f"{_range(result.field_angle_deg)} deg, 1σ {medians(result.field_angle_sigma_deg)} deg",
         ),
         ("gauge", result.gauge or "none needed"),
         *([("held by the priors", _weak(result))] if any(not d.blind for d in result.unseen) else []),
@@ -70,7 +70,8 @@ def _weak(result: "FitResult") -> str:
     return f"{count_text(len(weak), 'combination')} of parameters, the weakest {weak[0].name}"
 
 
-def _medians(values: np.ndarray) -> str:
+def medians(values: np.ndarray) -> str:
+    """Returns the median of each column of `values` [time columns] as text."""
     columns = np.atleast_2d(values.T)
     return ", ".join(
         value_text(float(np.median(c[np.isfinite(c)])), 2) if np.isfinite(c).any() else "n/a" for c in columns

@@ -14,15 +14,17 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.measurements.observations import Observations
+from fitting.measurements.sky import Around
 from fitting.session import PreparedSession
 from fitting.stored import Stored
-from jaxsat.environment import CylinderShadow, magnetic_field_eci
+from jaxsat.environment import CylinderShadow, KeplerOrbit, magnetic_field_eci
 from jaxsat.environment.field_lines import field_line
 from jaxsat.frames import dcm_eci_from_ecef
 from jaxsat.math.attitude_between import attitude_between
 
 if TYPE_CHECKING:
     from fitting.outcome.result import FitResult
+    from fitting.outcome.sensed_result import SensedResult
 
 SCHEMA = "jaxsat.scene/1"
 LARGEST_TURN = np.radians(6.0)
@@ -56,7 +58,7 @@ class Sky:
     """[LINES points 3], inertial axes at the instant of each."""
 
 
-def _survey(orbit, field, greenwich, rate, radius, times, sun):
+def _survey(orbit, revolution, field, greenwich, rate, radius, times, sun):
     """Position, velocity, field and lines of it along the track, position round the orbit, light at all times."""
     track, ellipse, edges, lines = times
     position, velocity = jax.vmap(orbit)(track)
@@ -67,11 +69,12 @@ def _survey(orbit, field, greenwich, rate, radius, times, sun):
         points = field_line(field, orbit(t)[0] @ dcm, steps=POINTS, radius=radius)
         return points[::SKIP] @ dcm.T
 
-    def lit(t, sun):
-        r = jax.vmap(lambda t: orbit(t)[0])(t)
+    def lit(path, t, sun):
+        r = jax.vmap(lambda t: path(t)[0])(t)
         return r, jax.vmap(CylinderShadow(radius))(r, sun)
 
-    return position, velocity, b_field, jax.vmap(line)(lines), *lit(ellipse, sun[0]), lit(edges, sun[1])[1]
+    round_it, there = lit(revolution, ellipse, sun[0]), lit(orbit, edges, sun[1])[1]
+    return position, velocity, b_field, jax.vmap(line)(lines), *round_it, there
 
 
 survey = Stored(_survey)
@@ -88,9 +91,18 @@ def look_around(prepared: PreparedSession, samples: Observations, *, at_once: bo
 
 
 def _sky(prepared: PreparedSession, samples: Observations) -> Sky:
-    begin, end = float(samples.t[0]), float(samples.t[-1])
-    elements = prepared.orbit_fit.elements
-    period = 2.0 * math.pi * math.sqrt(elements["semi_major_axis"] ** 3 / float(samples.orbit.mu))
+    s = samples
+    angle, rate, radius = (np.asarray(float(x)) for x in (s.greenwich_angle, s.earth_rotation_rate, s.earth_radius))
+    around = Around(s.orbit, s.field, angle, rate, radius)
+    return sky_over(around, samples.orbit, (float(samples.t[0]), float(samples.t[-1])), prepared.sun_eci)
+
+
+def sky_over(
+    around: Around, revolution: KeplerOrbit, span_s: tuple[float, float], sun_eci: Callable[[np.ndarray], np.ndarray]
+) -> Sky:
+    """Returns the sky of an arc; `revolution` is the ellipse that is drawn, `sun_eci` gives unit vectors at times."""
+    begin, end = span_s
+    period = 2.0 * math.pi * math.sqrt(float(revolution.semi_major_axis) ** 3 / float(revolution.mu))
     times = (
         np.linspace(begin, end, TRACK),
         np.linspace(begin, begin + period, ELLIPSE),
@@ -98,22 +110,23 @@ def _sky(prepared: PreparedSession, samples: Observations) -> Sky:
         np.linspace(begin, end, LINES),
     )
 
-    scalars = (samples.greenwich_angle, samples.earth_rotation_rate, samples.earth_radius)
+    scalars = (around.greenwich_angle, around.rotation_rate, around.earth_radius)
     position, velocity, b_field, lines, ellipse, ellipse_lit, lit = (
         np.asarray(array)
         for array in survey(
-            samples.orbit,
-            samples.field,
+            around.orbit,
+            revolution,
+            around.field,
             *(jnp.asarray(float(x)) for x in scalars),
             times,
-            (prepared.sun_eci(times[1]), prepared.sun_eci(times[2])),
+            (sun_eci(times[1]), sun_eci(times[2])),
         )
     )
     names = ("greenwich_angle_rad", "rotation_rate_rad_s", "radius_m")
     return Sky(
         (begin, end),
         dict(zip(names, map(float, scalars), strict=True)),
-        prepared.sun_eci(np.linspace(begin, end, SUNS)),
+        sun_eci(np.linspace(begin, end, SUNS)),
         times[1],
         ellipse,
         ellipse_lit,
@@ -132,7 +145,7 @@ def dark_spans(t_s: np.ndarray, lit: np.ndarray) -> list[tuple[float, float]]:
     return [(float(t_s[a]), float(t_s[min(b, last)])) for a, b in zip(change[::2], change[1::2], strict=True)]
 
 
-def scene_document(result: "FitResult", sky: Sky) -> dict[str, Any] | None:
+def scene_document(result: "FitResult | SensedResult", sky: Sky) -> dict[str, Any] | None:
     """Returns the content of scene.json, rounded to what a picture shows; units are those of the names.
 
     None where there is no motion: fewer than two samples have a finite attitude.

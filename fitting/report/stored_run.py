@@ -13,9 +13,14 @@ import numpy as np
 from fitting.outcome.diagnostics import Diagnostics, PanelResiduals
 from fitting.outcome.profile import Profile
 from fitting.outcome.result import FitResult, FittedParameter
+from fitting.outcome.sensed_result import SensedResult
 from fitting.parameters.null_space import Direction
 from fitting.report.document import ATTITUDE_COLUMNS, CURRENT_COLUMNS, SCHEMA
 from fitting.report.files import FILES
+from fitting.report.page import fit_page
+from fitting.report.sensed.files import owned_files
+from fitting.report.sensed.page import sensed_page
+from fitting.report.sensed.stored import is_sensed, stored_result
 from jaxsat.errors import InputError
 from jaxsat.files.text_file import read_small_file
 from jaxsat.panel_names import PANEL_NAMES
@@ -25,8 +30,24 @@ SCHEMAS = {"fit.json": SCHEMA, "provenance.json": "jaxsat.provenance/1", "scene.
 
 
 @dataclass(frozen=True)
+class SensedRun:
+    """A fit of any satellite as its directory holds it."""
+
+    result: SensedResult
+    provenance: dict[str, Any]
+    scene: dict[str, Any] | None
+    """None where the orbit was not kept."""
+    pictures: dict[str, bytes]
+    """PNG content by file name."""
+
+    def page(self) -> str:
+        """The report's HTML."""
+        return sensed_page(self.result, self.pictures, provenance=self.provenance, scene=self.scene)
+
+
+@dataclass(frozen=True)
 class Run:
-    """A fit as its directory holds it."""
+    """A fit of six panel currents as its directory holds it."""
 
     result: FitResult
     diagnostics: Diagnostics
@@ -37,8 +58,19 @@ class Run:
     pictures: dict[str, bytes]
     """PNG content by file name."""
 
+    def page(self) -> str:
+        """The report's HTML."""
+        return fit_page(
+            self.result,
+            self.pictures,
+            diagnostics=self.diagnostics,
+            profiles=self.profiles,
+            provenance=self.provenance,
+            scene=self.scene,
+        )
 
-def read_run(directory: Path) -> Run:
+
+def read_run(directory: Path) -> Run | SensedRun:
     """Returns the run; raises `InputError` for a directory that is none, or a file of it that is not as written."""
     if not (directory / "fit.json").exists():
         several = (directory / "summary.json").exists()
@@ -47,18 +79,34 @@ def read_run(directory: Path) -> Run:
         )
         raise InputError(hint, file=directory)
     fit, provenance = _document(directory / "fit.json"), _document(directory / "provenance.json")
-    scene = directory / "scene.json"
-    attitude = _columns(directory / "attitude.csv", ATTITUDE_COLUMNS)
-    currents = _columns(directory / "currents.csv", CURRENT_COLUMNS)
+    scene = _document(directory / "scene.json") if (directory / "scene.json").exists() else None
+    read = _sensed if is_sensed(fit) else _of_currents
     try:
-        result = _result(fit, provenance, attitude, currents)
-        diagnostics, profiles = _diagnostics(fit["diagnostics"]), tuple(_profile(p) for p in fit["profiles"].values())
-        _ = [provenance[key] for key in ("label", "epoch_utc", "rows", "samples", "orbit", "rejections", "settings")]
+        return read(directory, fit, provenance, scene)
+    except InputError:
+        raise
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         reason = f"these are not the files that this version of jaxsat writes ({type(error).__name__}: {error}); "
         raise InputError(reason + "fit the session again", file=directory) from None
-    pictures = {name: (directory / name).read_bytes() for name in FILES if _is_picture(directory / name)}
-    return Run(result, diagnostics, profiles, provenance, _document(scene) if scene.exists() else None, pictures)
+
+
+def _of_currents(directory: Path, fit: dict, provenance: dict, scene: dict | None) -> Run:
+    attitude = _columns(directory / "attitude.csv", ATTITUDE_COLUMNS)
+    currents = _columns(directory / "currents.csv", CURRENT_COLUMNS)
+    result = _result(fit, provenance, attitude, currents)
+    diagnostics, profiles = _diagnostics(fit["diagnostics"]), tuple(_profile(p) for p in fit["profiles"].values())
+    _ = [provenance[key] for key in ("label", "epoch_utc", "rows", "samples", "orbit", "rejections", "settings")]
+    return Run(result, diagnostics, profiles, provenance, scene, _pictures(directory, FILES))
+
+
+def _sensed(directory: Path, fit: dict, provenance: dict, scene: dict | None) -> SensedRun:
+    result = stored_result(directory, fit, provenance, _columns)
+    _ = [provenance[key] for key in ("label", "epoch_utc", "paths", "sha256", "size_m", "rejections", "settings")]
+    return SensedRun(result, provenance, scene, _pictures(directory, owned_files(directory, result.channels)))
+
+
+def _pictures(directory: Path, names: Iterable[str]) -> dict[str, bytes]:
+    return {name: (directory / name).read_bytes() for name in names if _is_picture(directory / name)}
 
 
 def _is_picture(path: Path) -> bool:

@@ -127,12 +127,12 @@ def refine_adaptively(
     points = jax.tree.map(lambda *leaves: np.concatenate(leaves), *found)
     order = distinct(Starts(points.x, points.reference, points.cost), attitude=0.02, rate=2e-3)
     points = jax.tree.map(lambda leaf: leaf[order], points)
-    nothing = np.zeros(points.weight.shape[:2], bool)
+    nothing = np.zeros((*points.weight.shape[:2], len(problem.groups)), bool)
     return Refined(points, points.cost, nothing, np.zeros(len(order), bool))
 
 
 def _passes(problem, parameters, x, reference, weight, rules, earth_radius, progress, place) -> Point:
-    last, everything = int(np.flatnonzero(problem.valid)[-1]), np.ones(len(parameters.names), bool)
+    last, everything = int(np.flatnonzero(problem.valid)[-1]), parameters.everything
     measured, sunlit = np.asarray(problem.measured), problem.sunlit()
     light, each, data = None, weight, corrected(rules, measured, sunlit, None)
     for number in range(1, rules.passes + 1):
@@ -146,8 +146,8 @@ def _passes(problem, parameters, x, reference, weight, rules, earth_radius, prog
             cos_horizon = np.sqrt(1.0 - (earth_radius / np.asarray(distance)) ** 2)
             max_current = float(np.asarray(parameters.values(x[0, len(STATE) :]))[MODEL.index("imax")])
             each = weight.copy()
-            each[:, :CURRENTS] *= rule_weights(rules, measured, light, cos_horizon, max_current, number)
+            each[:, : CURRENTS.width] *= rule_weights(rules, measured, light, cos_horizon, max_current, number)
             data = corrected(rules, measured, sunlit, light)
     residual = np.array(points.prediction.residual)
-    residual[..., :CURRENTS] += (data - measured) / float(problem.noise)
+    residual[..., : CURRENTS.width] += (data - measured) / float(problem.noise)
     return eqx.tree_at(lambda p: p.prediction.residual, points, residual)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import jax
 from jaxtyping import Array, Float
 
-from fitting.measurements.problem import Problem
+from fitting.measurements.abstract import AbstractProblem
 from fitting.parameters.parametrization import Parametrization
 from fitting.solvers.least_squares import Point, Settings, levenberg_marquardt
 from fitting.stored import Stored
@@ -24,7 +24,7 @@ def _named(solver: str) -> Callable[..., Point]:
 
 
 def _solve_chunk(
-    problem: Problem,
+    problem: AbstractProblem,
     parameters: Parametrization,
     solver: str,
     settings: Settings,

@@ -17,7 +17,7 @@ import jax.numpy as jnp
 import optax
 from jaxtyping import Array, Bool, Float, Int
 
-from fitting.measurements.problem import Problem
+from fitting.measurements.abstract import AbstractProblem
 from fitting.parameters.parametrization import Parametrization
 from fitting.solvers.least_squares import (
     FINISHED_DECREMENT,
@@ -43,7 +43,7 @@ Bounds = tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]]
 
 
 def lbfgs(
-    problem: Problem,
+    problem: AbstractProblem,
     parameters: Parametrization,
     settings: Settings,
     bounds: Bounds,
@@ -121,7 +121,7 @@ def lbfgs(
 
 
 def adam(
-    problem: Problem,
+    problem: AbstractProblem,
     parameters: Parametrization,
     settings: Settings,
     bounds: Bounds,
@@ -186,7 +186,7 @@ class _LineSearch(eqx.Module):
 
 
 def _evaluate(
-    problem: Problem,
+    problem: AbstractProblem,
     parameters: Parametrization,
     settings: Settings,
     bounds: Bounds,

@@ -4,20 +4,24 @@ One compiled program serves every arc length, every subset of active unknowns, e
 robustness: all of these are traced.
 """
 
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from fitting.measurements.floor import NO_FLOOR, at_floor
-from fitting.measurements.problem import CURRENTS, PAD_SAMPLES, Prediction, Problem, predict_blocks
+from fitting.measurements.abstract import PAD_SAMPLES, AbstractProblem, Prediction
+from fitting.measurements.floor import at_floor
+from fitting.measurements.groups import Groups, columns_of, over_columns
 from fitting.parameters.names import STATE
-from fitting.parameters.parametrization import Parametrization
+from fitting.solvers.positive import solve_positive
 from jaxsat.math import quaternion
 
-LIMB_SCALE = 5.0
-"""Residual in sigmas beyond which a limb angle always counts linearly: no state of a sample covers its outliers."""
+SEPARATE_SCALE = 5.0
+"""Residual in sigmas beyond which a reading that stands by itself, as a limb angle, always counts linearly: no state of
+a sample covers its outliers."""
 
 FINISHED_DECREMENT = 1e-4
 """Cost below which a further step is not worth its time."""
@@ -43,7 +47,7 @@ class Settings(eqx.Module):
     tail: Float[Array | np.ndarray, ""]
     """Degrees of freedom of Student's distribution of a sample; very large for the normal one."""
     ceiling: Float[Array | np.ndarray, ""]
-    """Loss at which a sample is as likely to be an outlier as not; very large where there are none."""
+    """Loss at which a sample is as likely to be an outlier as not, over its group's limit; very large where none is."""
 
 
 class Point(eqx.Module):
@@ -77,7 +81,7 @@ def robust_loss(
 
 
 def sample_loss(
-    square: Float[Array, " samples"], settings: Settings
+    square: Float[Array, " samples"], tail: Float[Array, ""], ceiling: Float[Array, ""]
 ) -> tuple[Float[Array, " samples"], Float[Array, " samples"]]:
     """Loss of samples with these sums of squares, and its derivative, which is the samples' weight.
 
@@ -85,7 +89,6 @@ def sample_loss(
     outliers that may be anything: -2 log(exp(-S/2) + exp(-C/2)), so that the weight is the probability that the sample
     is none (Jepson & Black 1993). Both are S for small S.
     """
-    tail, ceiling = jnp.asarray(settings.tail), jnp.asarray(settings.ceiling)
     heavy = tail * jnp.log1p(square / tail)
     above = 0.5 * (heavy - ceiling)
     loss = heavy - 2.0 * (jax.nn.softplus(above) - jax.nn.softplus(-0.5 * ceiling))
@@ -97,24 +100,32 @@ def normal_equations(
     J: Float[Array, "samples channels unknowns"],
     weight: Float[Array, "samples channels"],
     settings: Settings,
-    floor: Float[Array, "samples currents"],
+    floor: Float[Array, "samples channels"],
+    groups: Groups,
 ) -> tuple[Float[Array, ""], Float[Array, " unknowns"], Float[Array, "unknowns unknowns"]]:
     """Cost, gradient and Gauss-Newton matrix of some samples; `floor` is that of `Problem`.
 
-    The loss of a sample is that of its currents: what is wrong with them, as a limited charge current, is nothing to
-    the limb angles, which are robust each by itself.
+    The loss of a sample is that of each group: what is wrong with its currents, as a limited charge current, is nothing
+    to its limb angles, which are robust each by itself.
     """
     scale = jnp.asarray(settings.robust_scale)
-    scale = jnp.where(jnp.arange(r.shape[1]) < CURRENTS, scale, jnp.minimum(scale, LIMB_SCALE))[None, :]
-    of_channels = jnp.pad(floor, ((0, 0), (0, r.shape[1] - CURRENTS)), constant_values=NO_FLOOR)
-    square, slope, curvature = at_floor(r, of_channels)
+    separate = over_columns(np.array([not group.together for group in groups]), groups)
+    scale = jnp.where(separate, jnp.minimum(scale, SEPARATE_SCALE), scale)[None, :]
+    square, slope, curvature = at_floor(r, floor)
     loss = robust_loss(square, scale) * weight
-    of_samples, of_sample = sample_loss(jnp.sum(loss[:, :CURRENTS], axis=1), settings)
     weight = weight / jnp.sqrt(1.0 + square / scale**2)
-    weight = jnp.concatenate([weight[:, :CURRENTS] * of_sample[:, None], weight[:, CURRENTS:]], axis=1)
+    cost, weights = jnp.zeros((), r.dtype), []
+    for group, columns in zip(groups, columns_of(groups), strict=True):
+        of_group = loss[:, columns]
+        if group.together:
+            ceiling = jnp.asarray(settings.ceiling) * group.limit
+            of_samples, of_sample = sample_loss(jnp.sum(of_group, axis=1), jnp.asarray(settings.tail), ceiling)
+            cost, weights = cost + 0.5 * jnp.sum(of_samples), [*weights, weight[:, columns] * of_sample[:, None]]
+        else:
+            cost, weights = cost + 0.5 * jnp.sum(of_group), [*weights, weight[:, columns]]
+    weight = jnp.concatenate(weights, axis=1)
     flat_j = J.reshape(-1, J.shape[-1])
     weighted_j = (J * (weight * curvature)[..., None]).reshape(flat_j.shape)
-    cost = 0.5 * jnp.sum(of_samples) + 0.5 * jnp.sum(loss[:, CURRENTS:])
     return cost, flat_j.T @ (weight * slope).reshape(-1), weighted_j.T @ flat_j
 
 
@@ -152,17 +163,15 @@ def solve_bounded(
     scaled = hessian / (root[:, None] * root[None, :])
     identity = jnp.eye(scaled.shape[0], dtype=scaled.dtype)
     dampings = jnp.stack([point.damping, jnp.minimum(point.damping, TINY_DAMPING)])
-    steps = jax.vmap(
-        lambda damping: -jax.scipy.linalg.solve(scaled + damping * identity, gradient / root, assume_a="pos") / root
-    )(dampings)
+    steps = jax.vmap(lambda damping: -solve_positive(scaled + damping * identity, gradient / root) / root)(dampings)
     promise = -0.5 * gradient @ steps[1]
     # A matrix that rounding makes indefinite promises nothing that could be believed.
     return jnp.clip(point.x + steps[0], lower, upper) - point.x, jnp.where(jnp.isnan(promise), jnp.inf, promise)
 
 
-def blank_prediction(problem: Problem, unknowns: int) -> Prediction:
+def blank_prediction(problem: AbstractProblem, unknowns: int) -> Prediction:
     """Zeros in the shape of a prediction."""
-    samples = problem.measured.shape[0]
+    samples = problem.valid.shape[0]
     return Prediction(
         jnp.zeros((samples, problem.channels)),
         jnp.zeros((samples, 4)),
@@ -172,7 +181,7 @@ def blank_prediction(problem: Problem, unknowns: int) -> Prediction:
 
 
 def unevaluated(
-    problem: Problem,
+    problem: AbstractProblem,
     x: Float[Array, " unknowns"],
     reference: Float[Array, "4"],
     weight: Float[Array, "samples channels"],
@@ -197,8 +206,8 @@ def unevaluated(
 
 
 def evaluate(
-    problem: Problem,
-    parameters: Parametrization,
+    problem: AbstractProblem,
+    parameters: Any,
     settings: Settings,
     x: Float[Array, " unknowns"],
     reference: Float[Array, "4"],
@@ -213,17 +222,18 @@ def evaluate(
     def add(total, new, begin):
         residual, jacobian = new
         own = [jax.lax.dynamic_slice_in_dim(leaf, begin, PAD_SAMPLES) for leaf in (weight, jnp.asarray(problem.floor))]
-        return jax.tree.map(jnp.add, total, normal_equations(residual, jacobian, own[0], settings, own[1]))
+        new = normal_equations(residual, jacobian, own[0], settings, own[1], problem.groups)
+        return jax.tree.map(jnp.add, total, new)
 
-    prediction, (cost, gradient, hessian) = predict_blocks(
-        problem, parameters, x, reference, settings.blocks, visit=add, carry=priors(x)
+    prediction, (cost, gradient, hessian) = problem.predict_blocks(
+        parameters, x, reference, settings.blocks, visit=add, carry=priors(x)
     )
     return Point(x, reference, weight, cost, gradient, hessian, damping, prediction, jnp.full_like(cost, jnp.inf))
 
 
 def levenberg_marquardt(
-    problem: Problem,
-    parameters: Parametrization,
+    problem: AbstractProblem,
+    parameters: Any,
     settings: Settings,
     bounds: tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]],
     x: Float[Array, " unknowns"],

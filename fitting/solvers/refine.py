@@ -6,18 +6,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.measurements.problem import CURRENTS, Problem
+from fitting.measurements.abstract import AbstractProblem
+from fitting.measurements.groups import Groups, of_groups, over_columns
 from fitting.outcome.uncertainty import at_bound, covariance, promised_saving
 from fitting.parameters.parametrization import Parametrization
-from fitting.solvers.least_squares import FINISHED_DECREMENT, LIMB_SCALE, Point, robust_loss
+from fitting.solvers.least_squares import FINISHED_DECREMENT, SEPARATE_SCALE, Point, robust_loss
 from fitting.starts.multi_start import NONE, Progress, Stage, Starts, distinct, solve
 
-SAMPLE_LIMIT = 30.0
-"""Sum of squared residuals over the six panels of a sample, in sigmas, beyond which its currents are left out.
-
-Noise alone exceeds it once in 25 000 samples (chi-square, 6 degrees of freedom); a charge current limited to 80 %
-exceeds it by far, for the brightest panel of a box never carries less than 58 % of its maximum current.
-"""
 MAX_LEFT_OUT = 0.35
 """Largest share of bright samples that may be left out; beyond it the model is wrong, not the samples."""
 ROBUST_SCALE, PLAIN = 3.0, 1e4
@@ -45,7 +40,7 @@ class Share:
 LIKELIHOODS = {
     "normal": (Share(),),
     "student": (Share(tail=TAIL),),
-    "mixture": (Share(ceiling=SAMPLE_LIMIT), Share(leave_out=True)),
+    "mixture": (Share(ceiling=1.0), Share(leave_out=True)),
     "trimmed": (Share(leave_out=True),) * 3,
 }
 """What a sample's residuals may be: normal; Student's; normal or, with a probability that is estimated for each sample,
@@ -61,9 +56,9 @@ class Refined:
     score: np.ndarray
     """[minima] half the truncated sum of squares, comparable between minima that left out different samples."""
     limited: np.ndarray
-    """[minima samples] left out as inexplicable."""
+    """[minima samples groups] left out as inexplicable."""
     hopeless: np.ndarray
-    """[minima] True where more samples than `MAX_LEFT_OUT` were inexplicable; then none was left out."""
+    """[minima] True where more samples of a group than `MAX_LEFT_OUT` were inexplicable; then none was left out."""
 
 
 def candidates(cost: np.ndarray) -> np.ndarray:
@@ -75,7 +70,7 @@ def candidates(cost: np.ndarray) -> np.ndarray:
 
 
 def refine(
-    problem: Problem,
+    problem: AbstractProblem,
     parameters: Parametrization,
     survivors: Starts,
     weight: np.ndarray,
@@ -92,7 +87,7 @@ def refine(
     chosen = survivors.take(candidates(survivors.cost))
     count = len(chosen.cost)
     last = int(np.flatnonzero(problem.valid)[-1])
-    everything = np.ones(len(parameters.names), bool)
+    everything = parameters.everything
     weight = np.broadcast_to(weight, (count, *weight.shape))
     shares = LIKELIHOODS[likelihood]
     rounds = len(shares) + 1
@@ -118,27 +113,28 @@ def refine(
     stage = Stage(last, count, 12, ROBUST_SCALE, everything, solver=solver)
     # To the end: what is still on its way must not choose which samples are left out.
     points = settle(run(0, stage, chosen.x, chosen.reference, weight), 0, stage, weight)
-    limited = np.zeros(weight.shape[:2], bool)
-    hopeless = np.zeros(count, bool)
-    used = (weight[..., :CURRENTS] > 0).any(axis=2)
-    bright = used & (np.asarray(problem.measured).max(axis=1) > 0)
+    groups = problem.groups
+    together = np.array([group.together for group in groups])
+    limits = np.array([group.limit for group in groups])
+    used = (of_groups(weight, groups) > 0) & together
+    bright = used & problem.telling()
+    limited, hopeless = np.zeros(used.shape, bool), np.zeros(count, bool)
     for number, share in enumerate(shares, start=1):
         if share.leave_out:
-            limited = (_sample_squares(points, weight) > SAMPLE_LIMIT) & used
-            hopeless = limited.sum(axis=1) > MAX_LEFT_OUT * bright.sum(axis=1)
-            limited &= ~hopeless[:, None]
+            limited = (_sample_squares(points, weight, groups) > limits) & used
+            hopeless = _too_many(limited, bright)
+            limited &= ~hopeless[:, None, None]
         stage = Stage(last, count, 15, PLAIN, everything, share.tail, share.ceiling, solver=solver)
-        kept = np.where(limited[..., None] & (np.arange(problem.channels) < CURRENTS), 0.0, weight)
+        kept = np.where(over_columns(limited, groups), 0.0, weight)
         points = run(number, stage, np.asarray(points.x), np.asarray(points.reference), kept)
     points = settle(points, rounds - 1, stage, kept)
     # What more rounds have brought to explain the samples is not hopeless any more.
-    of_samples = _sample_squares(points, weight)
-    hopeless &= ((of_samples > SAMPLE_LIMIT) & used).sum(axis=1) > MAX_LEFT_OUT * bright.sum(axis=1)
+    of_samples = _sample_squares(points, weight, groups)
+    hopeless &= _too_many((of_samples > limits) & used, bright)
     x, reference = np.asarray(points.x), np.asarray(points.reference)
-    score = 0.5 * np.minimum(of_samples, SAMPLE_LIMIT).sum(axis=1)
-    limb = jnp.asarray(points.prediction.residual)[..., CURRENTS:]
-    squares = np.asarray(robust_loss(limb**2, np.asarray(LIMB_SCALE))) * weight[..., CURRENTS:]
-    score = score + 0.5 * squares.sum(axis=(1, 2))
+    score = 0.5 * (np.minimum(of_samples, limits) * together).sum(axis=(1, 2))
+    squares = np.asarray(robust_loss(jnp.asarray(points.prediction.residual) ** 2, np.asarray(SEPARATE_SCALE))) * weight
+    score = score + 0.5 * (squares * over_columns(~together, groups)).sum(axis=(1, 2))
     score = score + 0.5 * (x[:, 6:] ** 2).sum(axis=1)
     order = distinct(Starts(x, reference, score), attitude=0.02, rate=2e-3)
     progress("refining", rounds, rounds)
@@ -165,6 +161,11 @@ def _replaced(old: np.ndarray, index: np.ndarray, new: np.ndarray) -> np.ndarray
     return result
 
 
-def _sample_squares(points: Point, weight: np.ndarray) -> np.ndarray:
-    """[minima samples] sums over the currents of a sample."""
-    return (np.asarray(points.prediction.residual)[..., :CURRENTS] ** 2 * weight[..., :CURRENTS]).sum(axis=-1)
+def _sample_squares(points: Point, weight: np.ndarray, groups: Groups) -> np.ndarray:
+    """[minima samples groups] sums over the readings of a sample."""
+    return of_groups(np.asarray(points.prediction.residual) ** 2 * weight, groups)
+
+
+def _too_many(limited: np.ndarray, telling: np.ndarray) -> np.ndarray:
+    """[minima] whether of some group more samples than `MAX_LEFT_OUT` of those that tell something are left out."""
+    return np.any(limited.sum(axis=1) > MAX_LEFT_OUT * telling.sum(axis=1), axis=1)

@@ -13,7 +13,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from fitting.measurements.problem import Problem
+from fitting.measurements.abstract import AbstractProblem
 from fitting.parameters.parametrization import Parametrization
 from fitting.solvers.chunk import EVALUATIONS, solve_chunk
 from fitting.solvers.least_squares import Point, Settings
@@ -67,7 +67,7 @@ class Starts:
 
 
 def solve(
-    problem: Problem,
+    problem: AbstractProblem,
     parameters: Parametrization,
     stage: Stage,
     x: np.ndarray,
@@ -78,7 +78,9 @@ def solve(
     return _solve(problem, parameters, stage, x, reference, weight, lambda point: point)
 
 
-def advance(problem: Problem, parameters: Parametrization, stage: Stage, starts: Starts, weight: np.ndarray) -> Starts:
+def advance(
+    problem: AbstractProblem, parameters: Parametrization, stage: Stage, starts: Starts, weight: np.ndarray
+) -> Starts:
     """Where any number of starts end, and at what cost."""
     points = _solve(
         problem,
@@ -103,7 +105,7 @@ def _solve(problem, parameters, stage, x, reference, weight, select: Callable[[P
     inside = np.arange(weight.shape[-2]) <= stage.last_sample
     weight = np.broadcast_to(weight * inside[:, None], (count, len(inside), weight.shape[-1]))
     order = np.concatenate([np.arange(count), np.zeros(-count % CHUNK, dtype=int)])
-    common = (problem, parameters, stage.solver, _settings(problem, stage), parameters.bounds())
+    common = (problem, parameters.tree, stage.solver, _settings(problem, stage), parameters.bounds())
 
     def run(part):
         return jax.device_get(select(solve_chunk(*common, x[part], reference[part], weight[part])))
@@ -114,19 +116,21 @@ def _solve(problem, parameters, stage, x, reference, weight, select: Callable[[P
     return jax.tree.map(lambda *leaves: np.concatenate(leaves)[:count], *points)
 
 
-def compile_solvers(problem: Problem, parameters: Parametrization, solver: str) -> list[Future | None]:
+def compile_solvers(problem: AbstractProblem, parameters: Parametrization, solver: str) -> list[Future | None]:
     """Starts the compilation of what growing arcs and refinement by `solver` need in the background.
 
     See `Stored.compile`.
     """
-    unknowns, samples = len(parameters.names), len(problem.valid)
+    unknowns, samples = len(parameters.everything), len(problem.valid)
     settings = _settings(problem, Stage(0, 1, 0, 1.0, np.zeros(unknowns, bool)))
     starts = (np.zeros((CHUNK, unknowns)), np.zeros((CHUNK, 4)), np.zeros((CHUNK, samples, problem.channels)))
     common = (settings, parameters.bounds(), *starts)
-    return [solve_chunk.compile(problem, parameters, name, *common) for name in dict.fromkeys((Stage.solver, solver))]
+    return [
+        solve_chunk.compile(problem, parameters.tree, name, *common) for name in dict.fromkeys((Stage.solver, solver))
+    ]
 
 
-def _settings(problem: Problem, stage: Stage) -> Settings:
+def _settings(problem: AbstractProblem, stage: Stage) -> Settings:
     steps = int(np.asarray(problem.grid.sample_index)[stage.last_sample])
     return Settings(
         blocks=np.asarray(-(-steps // BLOCK)),
@@ -154,7 +158,7 @@ def distinct(points: Starts, *, attitude: float, rate: float) -> np.ndarray:
 
 
 def grow(
-    problem: Problem,
+    problem: AbstractProblem,
     parameters: Parametrization,
     schedule: list[Stage],
     starts: Starts,

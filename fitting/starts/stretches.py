@@ -9,8 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from fitting.measurements.abstract import PAD_STEPS, RATE_UNIT
 from fitting.measurements.observations import Observations
-from fitting.measurements.problem import PAD_STEPS, RATE_UNIT
 from fitting.parameters.parametrization import Parametrization, build_model
 from fitting.starts.multi_start import Starts
 from fitting.stored import Stored

@@ -5,7 +5,7 @@ import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 
@@ -56,6 +56,15 @@ def validated(model: type[Model], data: Mapping[str, Any], path: str | Path | No
         raise _input_error(model, error, path) from None
 
 
+def wrong_keys(model: type[BaseModel], data: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Returns path and reason of every key that the model refuses; none where it takes the data."""
+    try:
+        model.model_validate(data)
+    except ValidationError as error:
+        return [(_key(item["loc"]), _reason(model, item)) for item in error.errors(include_url=False)]
+    return []
+
+
 def _input_error(model: type[BaseModel], error: ValidationError, path: str | Path | None) -> InputError:
     found = error.errors(include_url=False)
     keys = [_key(item["loc"]) for item in found]
@@ -85,9 +94,20 @@ def _reason(model: type[BaseModel], item) -> str:
 
 def _suggestion(model: type[BaseModel], location: tuple[int | str, ...]) -> str:
     for part in location[:-1]:
-        annotation = model.model_fields[str(part)].annotation
-        if not (isinstance(annotation, type) and issubclass(annotation, BaseModel)):
+        if str(part) not in model.model_fields:
+            # The place in a list, or the name in a table of tables, of what has been found already.
+            continue
+        inner = _section_of(model.model_fields[str(part)].annotation)
+        if inner is None:
             return ""
-        model = annotation
+        model = inner
     close = difflib.get_close_matches(str(location[-1]), model.model_fields, n=1)
     return f"; did you mean {close[0]!r}?" if close else f"; expected one of {', '.join(model.model_fields)}"
+
+
+def _section_of(annotation: Any) -> type[BaseModel] | None:
+    """The section that an annotation is of, or that it is a list, a table or an alternative of."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    found = (_section_of(inner) for inner in get_args(annotation))
+    return next((section for section in found if section is not None), None)

@@ -1,4 +1,5 @@
-"""Satellite files: which numbers a satellite has, in TOML; Munin's stand in `munin.toml`."""
+"""Satellite files: a satellite with any sensors in TOML, and Munin's numbers, which stand in `munin.toml`."""
 
 from jaxsat.satellites.numbers import SatelliteNumbers as SatelliteNumbers
-from jaxsat.satellites.numbers import read_satellite as read_satellite
+from jaxsat.satellites.reading import read_satellite as read_satellite
+from jaxsat.satellites.satellite import Satellite as Satellite

@@ -26,6 +26,10 @@ class Model(eqx.Module):
     """Stamp minus instant of measurement of each channel [s]."""
 
 
+Spot = tuple[str, tuple[int, ...]]
+"""Path of an array in a `Model`, and the places in the flat array that have one value."""
+
+
 @dataclass(frozen=True)
 class Leaf:
     """One number of a `Model` that may be fitted."""
@@ -49,13 +53,21 @@ class Leaf:
     """Bounds, SI."""
 
     @property
+    def spot(self) -> "Spot":
+        """Where it stands, without its numbers: static in compiled programs."""
+        return self.place, self.entries
+
+    @property
     def moves(self) -> bool:
         """Whether it moves the satellite; else it only changes what a sensor reads."""
         return self.place.startswith("spacecraft.")
 
 
-def array_at(model: Model, place: str) -> Array:
-    """The array of a model at a path such as `sensors.mag.bias` or `spacecraft.parts.0.coefficient`."""
+def array_at(model: Model, place: str) -> Any:
+    """The array of a model at a path such as `sensors.mag.bias` or `spacecraft.parts.0.coefficient`.
+
+    Of any model-like tree: `tree_at` asks for places in one whose leaves are marks.
+    """
     found: Any = model
     for part in place.split("."):
         if isinstance(found, Mapping):
@@ -67,32 +79,29 @@ def array_at(model: Model, place: str) -> Array:
     return found
 
 
-def places_of(leaves: Sequence[Leaf]) -> tuple[str, ...]:
-    """The different places of leaves, in their order."""
-    return tuple(dict.fromkeys(leaf.place for leaf in leaves))
+def nominal_values(model: Model, spots: Sequence[Spot]) -> Float[np.ndarray, " spots"]:
+    """Values at the spots, SI, on the host."""
+    arrays = {place: np.asarray(array_at(model, place)).reshape(-1) for place, _ in spots}
+    return np.array([arrays[place][entries[0]] for place, entries in spots], dtype=float)
 
 
-def nominal_values(model: Model, leaves: Sequence[Leaf]) -> Float[np.ndarray, " leaves"]:
-    """Values of the leaves, SI, on the host."""
-    arrays = {place: np.asarray(array_at(model, place)).reshape(-1) for place in places_of(leaves)}
-    return np.array([arrays[leaf.place][leaf.entries[0]] for leaf in leaves], dtype=float)
-
-
-def with_values(model: Model, leaves: Sequence[Leaf], values: Float[Array, " leaves"]) -> Model:
-    """The model with other values of the leaves. Differentiable; `leaves` are static."""
-    places = places_of(leaves)
-    arrays = [_filled(array_at(model, place), list(_entries(leaves, place)), values) for place in places]
+def with_values(model: Model, spots: Sequence[Spot], values: Float[Array, " spots"]) -> Model:
+    """The model with other values at the spots. Differentiable by the values."""
+    if not spots:
+        return model
+    places = list(dict.fromkeys(place for place, _ in spots))
+    arrays = [_filled(array_at(model, place), list(_entries(spots, place)), values) for place in places]
     return eqx.tree_at(lambda m: [array_at(m, place) for place in places], model, arrays)
 
 
-def _entries(leaves: Sequence[Leaf], place: str) -> Iterator[tuple[int, int]]:
-    """Pairs of flat place and number of the leaf that stands there."""
-    for number, leaf in enumerate(leaves):
-        if leaf.place == place:
-            yield from ((entry, number) for entry in leaf.entries)
+def _entries(spots: Sequence[Spot], place: str) -> Iterator[tuple[int, int]]:
+    """Pairs of flat place and number of the spot that stands there."""
+    for number, (where, entries) in enumerate(spots):
+        if where == place:
+            yield from ((entry, number) for entry in entries)
 
 
-def _filled(array: Array, pairs: list[tuple[int, int]], values: Float[Array, " leaves"]) -> Array:
+def _filled(array: Array, pairs: list[tuple[int, int]], values: Float[Array, " spots"]) -> Array:
     places, numbers = np.array(pairs).T
     flat = jnp.asarray(array, values.dtype).reshape(-1)
     return flat.at[places].set(values[numbers]).reshape(np.shape(array))

@@ -5,14 +5,12 @@ Values that nobody gives are those of Munin, in `munin.toml` beside this file.
 
 import math
 import tomllib
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from jaxsat.files.toml_files import read_toml, validated, with_values
 from jaxsat.setting_types import Angle, NonNegative, Positive, Section, Tilt, Vector
 
 MUNIN_FILE = Path(__file__).parent / "munin.toml"
@@ -130,13 +128,3 @@ class SatelliteNumbers(Section):
     def largest_current_sum_mA(self) -> float:
         """The most that six panels can show: the Sun on three of them, and an albedo as bright as the Sun."""
         return 2.0 * math.sqrt(3.0) * self.spacecraft.imax_mA * max(self.spacecraft.gains)
-
-
-def read_satellite(path: str | Path | None = None, *, changed: Mapping[str, object] | None = None) -> SatelliteNumbers:
-    """Returns the satellite of a TOML file with sections `[spacecraft]` and `[albedo]`, or Munin.
-
-    What the file leaves out is that of Munin; `changed` maps `section.key`, as `spacecraft.imax_mA`, to values in place
-    of the file's. Raises `InputError` naming every wrong key.
-    """
-    data = {} if path is None else read_toml(path, kind="TOML satellite")
-    return validated(SatelliteNumbers, with_values(data, changed), path)

@@ -23,3 +23,8 @@ from jaxsat.telemetry.raw_sun.reading import read_raw_sun as read_raw_sun
 from jaxsat.telemetry.raw_sun.settings import CleaningSettings as CleaningSettings
 from jaxsat.telemetry.raw_sun.writing import raw_sun_text as raw_sun_text
 from jaxsat.telemetry.readers import read_telemetry as read_telemetry
+from jaxsat.telemetry.table.motion import motion_for as motion_for
+from jaxsat.telemetry.table.orbit import orbit_for as orbit_for
+from jaxsat.telemetry.table.session import Channel as Channel
+from jaxsat.telemetry.table.session import RejectedRow as RejectedRow
+from jaxsat.telemetry.table.session import TableSession as TableSession

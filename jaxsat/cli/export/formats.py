@@ -19,6 +19,8 @@ from jaxsat.time import Epoch
 
 _LIMIT_BYTES = 256 * 2**20
 _FRAME_NAMES = {"tod": "TOD", "eme2000": "EME2000", "gcrf": "GCRF"}
+FITTED_ORBIT = "Kepler orbit fitted to the positions of a telemetry session."
+GIVEN_ORBIT = "Orbit that the fit of the attitude was given."
 BODY_FRAME = "SC_BODY_1"
 """How messages call the satellite's own axes."""
 
@@ -42,6 +44,9 @@ class ExportedRun:
     velocity: np.ndarray | None
     object_name: str
     object_id: str
+    source: str
+    """What the attitude was fitted to."""
+    orbit_source: str
 
     @staticmethod
     def read(path: Path, *, object_name: str | None = None, object_id: str | None = None) -> "ExportedRun":
@@ -62,11 +67,13 @@ class ExportedRun:
                 t_s=t,
                 quaternion=q,
                 angular_velocity=_array(attitude["angular_velocity_rad_s"], (n, 3)),
-                field_angle_deg=_array(attitude["field_angle_deg"], (n,), gaps=True),
+                field_angle_deg=_array(attitude["field_angle_deg"] or [None] * n, (n,), gaps=True),
                 position=_array(orbit["position_eci_m"], (n, 3)) if orbit else None,
                 velocity=_array(orbit["velocity_eci_m_s"], (n, 3)) if orbit else None,
                 object_name=object_name or orbit.get("object_name") or "SATELLITE",
                 object_id=object_id or orbit.get("object_id") or "UNKNOWN",
+                source=_source(document),
+                orbit_source=GIVEN_ORBIT if "channels" in document else FITTED_ORBIT,
             )
         except (KeyError, TypeError, ValueError) as error:
             reason = f"is damaged: {'no ' if isinstance(error, KeyError) else ''}{error}"
@@ -80,7 +87,7 @@ class ExportedRun:
     def states(self) -> tuple[np.ndarray, np.ndarray]:
         """Position [m] and velocity [m/s]; ValueError where the fit has none."""
         if self.position is None or self.velocity is None:
-            raise ValueError("the fit holds no orbit, for it was made by an earlier version: fit again")
+            raise ValueError("the fit holds no orbit: it was not kept, or an earlier version made it; fit again")
         return self.position, self.velocity
 
 
@@ -116,7 +123,7 @@ def _aem(run: ExportedRun, frame: str, *, old: bool) -> str:
         quaternion_a_from_b=_quaternion(run, frame),
         angular_velocity_b=run.angular_velocity,
     )
-    comments = ("Attitude fitted to solar panel currents.", f"Status of the fit: {run.status}.")
+    comments = (f"Attitude fitted to {run.source}.", f"Status of the fit: {run.status}.")
     return aem_text(attitude, version="1.0" if old else "2.0", created=_now(), comments=comments)
 
 
@@ -131,7 +138,20 @@ def _oem(run: ExportedRun, frame: str) -> str:
         position_m=position,
         velocity_m_s=velocity,
     )
-    return oem_text(orbit, created=_now(), comments=("Kepler orbit fitted to the positions of a telemetry session.",))
+    return oem_text(orbit, created=_now(), comments=(run.orbit_source,))
+
+
+def _source(document: dict[str, Any]) -> str:
+    channels = document.get("channels")
+    if channels is None:
+        return "solar panel currents"
+    # A line of a message has at most 254 characters.
+    return f"readings of {', '.join(_ascii(name) for name in channels)}"[:200]
+
+
+def _ascii(text: str) -> str:
+    """Messages hold printable ASCII alone."""
+    return "".join(c if c.isascii() and c.isprintable() else "?" for c in text)
 
 
 def _quaternion(run: ExportedRun, frame: str) -> np.ndarray:

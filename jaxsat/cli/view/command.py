@@ -38,19 +38,11 @@ def view(
 
     Example: jaxsat view munin-fit --port 8000
     """
-    from fitting.report.page import fit_page
     from fitting.report.stored_run import read_run
     from jaxsat.files.staging import staged_directory
 
     found = read_run(run)
-    page = fit_page(
-        found.result,
-        found.pictures,
-        diagnostics=found.diagnostics,
-        profiles=found.profiles,
-        provenance=found.provenance,
-        scene=found.scene,
-    )
+    page = found.page()
     target = out or run
     with staged_directory(target) as stage:
         (stage / REPORT).write_text(page, encoding="utf-8")

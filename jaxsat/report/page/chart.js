@@ -6,8 +6,8 @@ const [LEFT, RIGHT, TOP, BOTTOM, GAP] = [46, 10, 6, 34, 14];
 
 export class Chart {
   // strips: [{ height, low, high, ticks, label, draw(paint) }]; more(t) are the points on the cursor.
-  constructor({ label, strips, clock, shadow_s }) {
-    Object.assign(this, { strips, clock, shadow_s, width: 0 });
+  constructor({ label, strips, clock, shadow_s, held_s = [] }) {
+    Object.assign(this, { strips, clock, shadow_s, held_s, width: 0 });
     this.height = TOP + BOTTOM + strips.reduce((sum, strip) => sum + strip.height + GAP, -GAP);
     this.svg = svg("svg", { role: "img", "aria-label": label, height: this.height });
     this.cursor = svg("line", { class: "cursor", y1: TOP, y2: this.height - BOTTOM });
@@ -48,9 +48,10 @@ export class Chart {
       const { low, high, height } = strip;
       const base = top;
       const y = (value) => base + height - ((value - low) / (high - low)) * height;
-      for (const [begin, end] of this.shadow_s) {
-        const [a, b] = [this.x(Math.max(begin, this.clock.begin)), this.x(Math.min(end, this.clock.end))];
-        if (b <= a) continue;
+      for (const [a, b] of this.spans(this.held_s)) {
+        this.svg.append(svg("rect", { class: "held", x: a, width: b - a, y: base, height }));
+      }
+      for (const [a, b] of this.spans(this.shadow_s)) {
         this.svg.append(svg("rect", { class: "shade", x: a, width: b - a, y: base, height }));
         if (index === 0 && b - a > 52) this.write("shade-name", (a + b) / 2, base + 13, "shadow");
       }
@@ -69,6 +70,14 @@ export class Chart {
     for (const t of times) this.write("tick", this.x(t), under, fixed(t, 0));
     this.write("axis", (LEFT + right) / 2, under + 15, this.clock.axis ?? "time since epoch, s");
     this.svg.append(this.cursor);
+  }
+
+  // Of stretches of time, left and right edge of what is within the axis.
+  spans(stretches) {
+    const { begin, end } = this.clock;
+    return stretches
+      .map(([from, to]) => [this.x(Math.max(from, begin)), this.x(Math.min(to, end))])
+      .filter(([a, b]) => b > a);
   }
 
   rule(kind, x1, y1, x2, y2) {
@@ -164,6 +173,8 @@ export function ceiling(value) {
   return power * [1, 1.5, 2, 3, 4, 5, 6, 8, 10].find((factor) => factor * power >= value * (1 - 1e-12));
 }
 
+// Fewest decimals that tell all values, two where as few as six do not.
 function digits(values) {
-  return values.every(Number.isInteger) ? 0 : values.every((value) => Number.isInteger(Math.round(value * 1e6) / 1e5)) ? 1 : 2;
+  const told = (count) => values.every((value) => Number.isInteger(Math.round(value * 1e9) / 10 ** (9 - count)));
+  return [0, 1, 2, 3, 4, 5, 6].find(told) ?? 2;
 }

@@ -1,4 +1,5 @@
 // Finds the places that the report left for the script and fills them; whatever fails leaves the pictures in place.
+import { ChannelCharts } from "./channels.js";
 import { Charts } from "./charts.js";
 import { Clock } from "./clock.js";
 import { el } from "./dom.js";
@@ -20,7 +21,7 @@ function start() {
   const place = (name) => document.querySelector(`[data-live="${name}"]`);
   const live = el("div", { class: "live" });
   place("motion").before(live);
-  for (const name of ["motion", "currents", "field-angle"]) live.append(unfold(place(name)));
+  for (const section of document.querySelectorAll("[data-live]")) live.append(unfold(section));
 
   const motion = page.scene && new Motion(page);
   let views = null;
@@ -40,9 +41,11 @@ function start() {
     if (still) state.append(still);
   } else {
     place("motion").hidden = true;
-    place("currents").before(transport(page, clock));
+    place("motion").after(transport(page, clock));
   }
-  const charts = new Charts(page, clock, { currents: place("currents"), angle: place("field-angle") });
+  const charts = page.channels
+    ? new ChannelCharts(page, clock, { rates: place("rates"), channels: page.channels.map((_, k) => place(`channel-${k}`)) })
+    : new Charts(page, clock, { currents: place("currents"), angle: place("field-angle") });
   bindKeys(clock);
 
   const asked = Number(new URLSearchParams(location.hash.slice(1)).get("t") ?? NaN);

@@ -1,6 +1,7 @@
 // Numbers at the cursor: where, in what light, how it turns, and what each face gives.
 import { coloured, el } from "./dom.js";
-import { fixed, signed, utc } from "./text.js";
+import { nearest } from "./data.js";
+import { fixed, short, signed, utc } from "./text.js";
 
 const USE = ["no light", "", "weighted down", "left out"];
 
@@ -15,13 +16,15 @@ export class Readouts {
       list.append(el("div", {}, el("dt", {}, name), this.cells[name]));
     }
     this.caption = el("caption");
-    this.rows = page.panels.map((panel) => this.row(panel));
-    const heads = ["face", "measured", "modelled", "residual", ""].map((text, k) =>
+    const own = page.channels ? channelLines(page) : currentLines(page);
+    this.rows = own.lines.map((line) => this.row(line));
+    this.title = own.title;
+    const heads = [own.what, "measured", "modelled", own.residual, ""].map((text, k) =>
       el("th", { scope: "col", class: k && k < 4 ? "number" : "" }, text),
     );
     const table = el(
       "table",
-      { class: "faces" },
+      { class: page.channels ? "faces many" : "faces" },
       this.caption,
       el("thead", {}, el("tr", {}, ...heads)),
       el("tbody", {}, ...this.rows.map((row) => row.element)),
@@ -30,11 +33,11 @@ export class Readouts {
     clock.onChange(() => this.show(clock));
   }
 
-  row(panel) {
+  row({ name, colour, at }) {
     const cells = ["measured", "modelled", "residual"].map(() => el("td", { class: "number" }));
     const note = el("td", { class: "use" });
-    const head = el("th", { scope: "row" }, coloured(el("span", { class: "chip" }), panel.colour), panel.name);
-    return { cells, note, element: el("tr", {}, head, ...cells, note) };
+    const head = el("th", { scope: "row" }, coloured(el("span", { class: "chip" }), colour), name);
+    return { at, cells, note, element: el("tr", {}, head, ...cells, note) };
   }
 
   show(clock) {
@@ -55,12 +58,41 @@ export class Readouts {
       rate: `${fixed(motion.rate(t), 3)} deg/s`,
     };
     for (const [name, text] of Object.entries(texts)) this.cells[name].textContent = text;
-    this.caption.textContent = `Currents, mA, of the sample at t = ${fixed(samples.t_s[sample], 0)} s`;
-    this.rows.forEach(({ cells, note }, k) => {
-      const values = [samples.measured_mA, samples.modelled_mA, page.residual_mA].map((rows) => rows[sample][k]);
-      const texts = [fixed(values[0], 1), fixed(values[1], 1), signed(values[2], 1)];
+    this.caption.textContent = this.title(sample);
+    for (const { at, cells, note } of this.rows) {
+      const [texts, use] = at(sample, t);
       cells.forEach((cell, column) => (cell.textContent = texts[column]));
-      note.textContent = USE[samples.use[sample][k]];
-    });
+      note.textContent = use;
+    }
   }
+}
+
+// Lines of the table: name, colour, and at(sample, t) with the three numbers as text and how they were used.
+function currentLines(page) {
+  const { samples } = page;
+  const lines = page.panels.map(({ name, colour }, k) => ({
+    name,
+    colour,
+    at: (sample) => {
+      const values = [samples.measured_mA, samples.modelled_mA, page.residual_mA].map((rows) => rows[sample][k]);
+      return [[fixed(values[0], 1), fixed(values[1], 1), signed(values[2], 1)], USE[samples.use[sample][k]]];
+    },
+  }));
+  const title = (sample) => `Currents, mA, of the sample at t = ${fixed(samples.t_s[sample], 0)} s`;
+  return { lines, title, what: "face", residual: "residual" };
+}
+
+function channelLines(page) {
+  const lines = page.channels.flatMap(({ name, unit, t_s, use, paired, readings, residuals }) =>
+    readings.map((reading, k) => ({
+      name: `${name} ${reading.name}${unit && `, ${unit}`}`,
+      colour: reading.colour,
+      at: (_, t) => {
+        const i = nearest(t_s, t);
+        const off = paired ? signed(residuals[k].residual[i], 1) : "";
+        return [[short(reading.measured[i]), short(reading.modelled[i]), off], USE[use[i]]];
+      },
+    })),
+  );
+  return { lines, title: () => "Of each channel the sample next to the cursor", what: "reading", residual: "residual / σ" };
 }

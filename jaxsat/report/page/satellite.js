@@ -1,4 +1,4 @@
-// The satellite: a cube whose faces have the colours of their panels, with letters on them where it is seen close by.
+// The satellite: a cube, or the box of its body, whose faces have the colours of their panels, with letters on them where it is seen close by.
 import {
   BoxGeometry,
   CanvasTexture,
@@ -16,38 +16,42 @@ const PIXELS = 256;
 const CELLS = 4;
 
 export class Satellite extends Group {
-  constructor(panels, { lettered = false } = {}) {
+  // size: edges along x, y, z, the longest of them 1.
+  constructor(panels, { lettered = false, size = [1, 1, 1] } = {}) {
     super();
     // The box has its faces in the order +x -x +y -y +z -z, as the panels are.
-    this.materials = panels.map(({ name, colour }) =>
+    const [x, y, z] = size;
+    const spans = [[y, z], [x, z], [x, y]];
+    this.materials = panels.map(({ name, colour }, k) =>
       lettered
-        ? new MeshLambertMaterial({ map: face(name, colour) })
+        ? new MeshLambertMaterial({ map: face(name, colour, spans[k >> 1]) })
         : new MeshLambertMaterial({ color: new Color(colour) }),
     );
     const box = new BoxGeometry(1, 1, 1);
     if (lettered) upright(box);
     this.add(new Mesh(box, this.materials));
     this.add(new LineSegments(new EdgesGeometry(box), new LineBasicMaterial({ color: 0x14161a })));
+    this.children.forEach((part) => part.scale.set(x, y, z));
   }
 }
 
-// A panel of cells in its colour, with its name.
-function face(name, colour) {
+// A panel of cells in its colour, with its name; so wide and so high, the shorter edge having so many pixels.
+function face(name, colour, [across, up]) {
   const canvas = document.createElement("canvas");
-  canvas.width = canvas.height = PIXELS;
+  const shorter = Math.min(across, up);
+  const [width, height] = [across, up].map((edge) => Math.round(PIXELS * Math.min(edge / shorter, 8)));
+  Object.assign(canvas, { width, height });
   const context = canvas.getContext("2d");
   context.fillStyle = colour;
-  context.fillRect(0, 0, PIXELS, PIXELS);
+  context.fillRect(0, 0, width, height);
   context.strokeStyle = "rgba(255, 255, 255, 0.28)";
   context.lineWidth = 2;
-  for (let k = 1; k < CELLS; k++) {
-    const at = (k * PIXELS) / CELLS;
-    context.strokeRect(-9, at, PIXELS + 18, PIXELS);
-    context.strokeRect(at, -9, PIXELS, PIXELS + 18);
-  }
+  const cell = PIXELS / CELLS;
+  for (let at = cell; at < height; at += cell) context.strokeRect(-9, at, width + 18, height);
+  for (let at = cell; at < width; at += cell) context.strokeRect(at, -9, width, height + 18);
   context.strokeStyle = "rgba(20, 22, 26, 0.55)";
   context.lineWidth = 10;
-  context.strokeRect(0, 0, PIXELS, PIXELS);
+  context.strokeRect(0, 0, width, height);
   context.fillStyle = "#ffffff";
   context.strokeStyle = "rgba(20, 22, 26, 0.6)";
   context.lineWidth = 8;
@@ -55,8 +59,8 @@ function face(name, colour) {
   context.textAlign = "center";
   context.textBaseline = "middle";
   const text = name.replace("-", "−");
-  context.strokeText(text, PIXELS / 2, PIXELS / 2 + 6);
-  context.fillText(text, PIXELS / 2, PIXELS / 2 + 6);
+  context.strokeText(text, width / 2, height / 2 + 6);
+  context.fillText(text, width / 2, height / 2 + 6);
   const texture = new CanvasTexture(canvas);
   texture.colorSpace = SRGBColorSpace;
   texture.anisotropy = 8;

@@ -9,6 +9,14 @@ export function signed(value, digits) {
   return value > 0 ? `+${fixed(value, digits)}` : fixed(value, digits);
 }
 
+// With so many significant digits; powers of ten where plain digits would be many zeros.
+export function short(value, count = 4) {
+  if (value == null || !Number.isFinite(value)) return "–";
+  const power = value === 0 ? 0 : Math.floor(Math.log10(Math.abs(value)));
+  if (power < -4 || power > 6) return value.toExponential(count - 1).replaceAll("-", "−");
+  return fixed(value, Math.max(0, count - 1 - power));
+}
+
 export function utc(page, t) {
   return new Date(page.epochMs + 1000 * t).toISOString();
 }

@@ -66,7 +66,7 @@ export class Views {
       return line;
     });
     this.fieldLine = motion.scene.field_lines_km && new Line(null, { width: 2 });
-    this.small = new Satellite(page.panels);
+    this.small = new Satellite(page.panels, { size: page.size });
     this.small.scale.setScalar(SATELLITE_SIZE);
     const shape = { length: 0.44, shaft: 0.024, letters: 0.034 };
     this.farArrows = arrows({ sun: "Sun", field: "B", x: "x" }, shape);
@@ -85,7 +85,7 @@ export class Views {
 
   closeUp(page) {
     const scene = new Scene();
-    this.large = new Satellite(page.panels, { lettered: true });
+    this.large = new Satellite(page.panels, { lettered: true, size: page.size });
     const shape = { length: 1.35, shaft: 0.018, letters: 0.034 };
     this.nearArrows = arrows({ sun: "Sun", field: "B", nadir: "nadir" }, shape);
     this.axes = ["x", "y", "z"].map((name, k) => {

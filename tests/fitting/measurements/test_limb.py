@@ -13,10 +13,11 @@ from scipy.spatial.transform import Rotation
 
 from fitting.estimate import estimate
 from fitting.measurements import limb as limb_model
+from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.limb import LimbAngles
 from fitting.measurements.observations import build_problem
-from fitting.measurements.problem import RATE_UNIT, predict
+from fitting.measurements.problem import CURRENTS, LIMB, predict
 from fitting.parameters.nominal import nominal_model
 from fitting.parameters.parametrization import parametrization
 from fitting.session import prepare_session
@@ -34,7 +35,7 @@ TRUTH = json.loads(SESSION.with_suffix(".truth.json").read_text())
 MU, RADIUS = 3.986004418e14, 6371.2e3
 NOISE_DEG = 0.3
 limb_residual, limb_residuals = jax.jit(limb_model.limb_residual), jax.jit(limb_model.limb_residuals)
-normal_equations = jax.jit(least_squares.normal_equations)
+normal_equations = jax.jit(least_squares.normal_equations, static_argnums=5)
 
 
 def true_position(t: float) -> np.ndarray:
@@ -251,9 +252,9 @@ def test_what_is_wrong_with_currents_is_nothing_to_limb_angles():
     residual[0, :6], residual[:, 6:] = 20.0, [[1.0, -2.0], [0.5, 0.0]]
     J = np.random.default_rng(3).normal(size=(2, 8, 6))
     none = jnp.asarray(NONE)
-    settings = Settings(jnp.asarray(0), jnp.asarray(1), none, jnp.ones(6, bool), none, jnp.asarray(30.0))
+    settings = Settings(jnp.asarray(0), jnp.asarray(1), none, jnp.ones(6, bool), none, jnp.asarray(1.0))
     arrays = (jnp.asarray(residual), jnp.asarray(J), jnp.ones((2, 8)))
-    cost, gradient, hessian = normal_equations(*arrays, settings, jnp.full((2, 6), NO_FLOOR))
+    cost, gradient, hessian = normal_equations(*arrays, settings, jnp.full((2, 8), NO_FLOOR), (CURRENTS, LIMB))
     kept = np.ones((2, 8))
     kept[0, :6] = 0.0
     # Each limb angle is robust by itself, a pseudo-Huber loss of scale 5, in place of a state of the sample.

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.observations import build_problem
-from fitting.measurements.problem import RATE_UNIT, predict
+from fitting.measurements.problem import predict
 from fitting.parameters.names import MODEL, STATE
 from fitting.parameters.nominal import nominal_model
 from fitting.parameters.parametrization import parametrization
@@ -126,8 +127,8 @@ def test_padding_and_samples_after_the_arc_count_for_nothing(arc, blocks, number
     none, each = jnp.asarray(NONE), np.repeat(inside.astype(float)[:, None], 6, axis=1)
     settings = Settings(jnp.asarray(0), jnp.asarray(1), jnp.asarray(3.0), jnp.ones(len(NAMES), bool), none, none)
     floor = jnp.asarray(arc.problem.floor)
-    equations = jax.jit(least_squares.normal_equations)
-    data = equations(prediction.residual, jnp.asarray(jacobian), jnp.asarray(each), settings, floor)
+    equations = jax.jit(least_squares.normal_equations, static_argnums=5)
+    data = equations(prediction.residual, jnp.asarray(jacobian), jnp.asarray(each), settings, floor, arc.problem.groups)
     cost, gradient, hessian = (np.asarray(a + b) for a, b in zip(data, priors(jnp.asarray(arc.x)), strict=True))
     r, J = np.asarray(prediction.residual)[inside].ravel(), jacobian[inside].reshape(-1, len(NAMES))
     c = 3.0

@@ -10,8 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.observations import build_problem
-from fitting.measurements.problem import RATE_UNIT
 from fitting.outcome.posterior import build_target, load_blackjax, sample_posterior
 from fitting.parameters.nominal import nominal_model
 from fitting.parameters.parametrization import parametrization

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.observations import build_problem
-from fitting.measurements.problem import RATE_UNIT
 from fitting.outcome.summary import summarize
 from fitting.parameters.nominal import nominal_model
 from fitting.parameters.parametrization import parametrization
@@ -176,9 +176,9 @@ def test_samples_left_out_must_be_dim(minimum, dimmed, status):
     limited[0, np.flatnonzero(minimum.truth["lit"])[:8]] = True
     points = minimum.refined.points
     # Twice the light of which the panels gave the measured half.
-    more = np.asarray(minimum.problem.measured) / float(minimum.problem.noise) * (dimmed * limited[0])[:, None]
+    more = np.asarray(minimum.problem.measured) / float(minimum.problem.noise) * (dimmed * limited[0, :, 0])[:, None]
     points = eqx.tree_at(lambda p: p.prediction.residual, points, points.prediction.residual + more)
-    points = eqx.tree_at(lambda p: p.weight, points, np.where(limited[..., None], 0.0, points.weight))
+    points = eqx.tree_at(lambda p: p.weight, points, np.where(limited, 0.0, points.weight))
     refined = Refined(points, minimum.refined.score, limited, minimum.refined.hopeless)
     found = minimum.summarize(refined)
     assert found.status == status

@@ -9,8 +9,8 @@ import jax
 import numpy as np
 import pytest
 
+from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.observations import build_problem
-from fitting.measurements.problem import RATE_UNIT
 from fitting.parameters.nominal import nominal_model
 from fitting.parameters.parametrization import parametrization
 from fitting.session import prepare_session

@@ -8,12 +8,13 @@ from scipy.stats import norm
 
 from fitting.measurements import floor as censored
 from fitting.measurements.floor import NO_FLOOR
+from fitting.measurements.problem import CURRENTS
 from fitting.solvers import least_squares
 from fitting.solvers.least_squares import Settings
 from fitting.starts.multi_start import NONE
 
 LIMIT = 0.25
-at_floor, normal_equations = jax.jit(censored.at_floor), jax.jit(least_squares.normal_equations)
+at_floor, normal_equations = jax.jit(censored.at_floor), jax.jit(least_squares.normal_equations, static_argnums=5)
 
 
 @pytest.mark.slow
@@ -72,7 +73,7 @@ def test_faint_light_is_not_made_brighter(light):
         for _ in range(30):
             r = jnp.asarray((brightness - reading) / sigma)
             J = jnp.full((count, 6, 1), 1.0 / sigma)
-            _, gradient, hessian = normal_equations(r, J, jnp.ones((count, 6)), settings, floor)
+            _, gradient, hessian = normal_equations(r, J, jnp.ones((count, 6)), settings, floor, (CURRENTS,))
             brightness -= float(gradient[0] / hessian[0, 0])
         return brightness, float(hessian[0, 0]) ** -0.5
 

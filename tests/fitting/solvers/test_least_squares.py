@@ -10,9 +10,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from fitting.measurements.abstract import RATE_UNIT, Prediction
 from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.observations import build_problem
-from fitting.measurements.problem import RATE_UNIT, Prediction
+from fitting.measurements.problem import CURRENTS
 from fitting.parameters.nominal import nominal_model
 from fitting.parameters.parametrization import parametrization
 from fitting.session import prepare_session
@@ -49,7 +50,7 @@ def test_gradient_is_the_derivative_of_the_cost(scale):
     floor = jnp.where(jnp.asarray(rng.uniform(size=(50, 6))) < 0.5, 0.25, NO_FLOOR)
     J, weight = jnp.asarray(rng.normal(size=(50, 6, 3))), jnp.asarray(rng.uniform(size=(50, 6)))
     none = jnp.asarray(NONE)
-    settings = Settings(jnp.asarray(0), jnp.asarray(0), jnp.asarray(scale), jnp.ones(3, bool), none, jnp.asarray(30.0))
+    settings = Settings(jnp.asarray(0), jnp.asarray(0), jnp.asarray(scale), jnp.ones(3, bool), none, jnp.asarray(1.0))
     slope, gradient = slope_and_gradient(jnp.zeros(3), residual, 1e-3 * J, weight, settings, floor)
     np.testing.assert_allclose(gradient, slope, rtol=1e-9, atol=1e-14)
 
@@ -57,7 +58,7 @@ def test_gradient_is_the_derivative_of_the_cost(scale):
 @jax.jit
 def slope_and_gradient(x, residual, J, weight, settings, floor):
     def equations(x):
-        return normal_equations(residual + J @ x, J, weight, settings, floor)[:2]
+        return normal_equations(residual + J @ x, J, weight, settings, floor, (CURRENTS,))[:2]
 
     return jax.grad(equations, has_aux=True)(x)
 
@@ -65,10 +66,9 @@ def slope_and_gradient(x, residual, J, weight, settings, floor):
 @pytest.mark.parametrize(("tail", "ceiling"), [(NONE, NONE), (6.0, NONE), (NONE, 30.0), (4.0, 20.0)])
 def test_loss_of_a_sample(tail, ceiling):
     """Minus twice the logarithm of Student's density, mixed with that of an outlier; the weight is its slope."""
-    none = (jnp.asarray(0), jnp.asarray(0), jnp.asarray(PLAIN), jnp.ones(0, bool))
-    settings = Settings(*none, jnp.asarray(tail), jnp.asarray(ceiling))
+    numbers = jnp.asarray(tail), jnp.asarray(ceiling)
     square = jnp.asarray([0.0, 1e-6, 0.5, 6.0, 29.0, 31.0, 300.0])
-    (loss, weight), slope = loss_and_slope(square, settings)
+    (loss, weight), slope = loss_and_slope(square, *numbers)
     heavy = np.asarray(square) if tail == NONE else tail * np.log(1.0 + np.asarray(square) / tail)
     outlier = np.exp(-0.5 * ceiling)
     expected = -2.0 * np.log((np.exp(-0.5 * heavy) + outlier) / (1.0 + outlier))
@@ -78,13 +78,14 @@ def test_loss_of_a_sample(tail, ceiling):
         # As likely as not to be an outlier where the loss without outliers is the ceiling.
         at = tail * np.expm1(ceiling / tail) if tail != NONE else ceiling
         share = 1.0 if tail == NONE else tail / (tail + at)
-        (_, weight), _ = loss_and_slope(jnp.full(len(square), at), settings)
+        (_, weight), _ = loss_and_slope(jnp.full(len(square), at), *numbers)
         np.testing.assert_allclose(weight, 0.5 * share, rtol=1e-9)
 
 
 @jax.jit
-def loss_and_slope(square, settings):
-    return sample_loss(square, settings), jax.grad(lambda s: jnp.sum(sample_loss(s, settings)[0]))(square)
+def loss_and_slope(square, tail, ceiling):
+    slope = jax.grad(lambda s: jnp.sum(sample_loss(s, tail, ceiling)[0]))(square)
+    return sample_loss(square, tail, ceiling), slope
 
 
 def point(hessian, gradient, x, damping=0.0):

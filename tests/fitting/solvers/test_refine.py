@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.observations import build_problem
-from fitting.measurements.problem import RATE_UNIT
 from fitting.parameters.nominal import nominal_model
 from fitting.parameters.parametrization import parametrization
 from fitting.session import prepare_session
@@ -76,7 +76,7 @@ def test_exactly_the_limited_samples_are_left_out(limited, refined):
     expected = np.zeros(len(limited.weight), bool)
     expected[: len(t)] = (t >= begin) & (t <= end) & limited.lit
     assert expected.sum() == 8
-    np.testing.assert_array_equal(refined.limited[0], expected)
+    np.testing.assert_array_equal(refined.limited[0, :, 0], expected)
     assert not refined.points.weight[0][expected].any() and not refined.hopeless[0]
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting.measurements.problem import RATE_UNIT
+from fitting.measurements.abstract import RATE_UNIT
 from fitting.parameters.names import parse_free
 from fitting.parameters.nominal import nominal_model
 from fitting.parameters.parametrization import parametrization

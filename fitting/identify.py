@@ -1,0 +1,225 @@
+"""Attitude and parameters of any satellite from whatever its sensors say: guesses, growing arcs, refinement."""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.measurements.abstract import RATE_UNIT
+from fitting.measurements.assembly import Samples, build_sensed, usable
+from fitting.measurements.groups import of_groups
+from fitting.measurements.sensed import SensedProblem
+from fitting.measurements.sky import Around
+from fitting.parameters.free import INERTIA_PLACE, FreeParameters
+from fitting.solvers.refine import Refined, candidates, refine
+from fitting.starts.carry import carried_back
+from fitting.starts.conventions import Convention, conventions, with_axes
+from fitting.starts.ladder import first_guesses, telling_samples
+from fitting.starts.multi_start import HOPELESS, Progress, Stage, advance, compile_solvers, distinct
+from fitting.starts.sights import Sights, sights_of
+from fitting.starts.stretches import longest_stretch
+from jaxsat.errors import InputError
+from jaxsat.integrators import RK4, step_for
+from jaxsat.satellites.model import Model
+
+COARSE_TOLERANCE, FINE_TOLERANCE = 4e-2, 2e-4
+"""Integration error over the session allowed while arcs grow and at the end [rad]."""
+FIRST_ARC, ARC_GROWTH = 7, 1.57
+"""Telling samples of the first arc, and how much longer each next one is."""
+KEEP = (24, 12, 8, 6)
+"""Starts of each convention that enter the second, third, ... arc."""
+ROBUST_SCALE = 5.0
+SURE_RATE = np.radians(1.5)
+"""Radius of the ball of rates where nothing else is known [rad/s]."""
+
+
+@dataclass(frozen=True)
+class Search:
+    """What a blind search may spend."""
+
+    starts: int = 64
+    seed: int = 0
+    max_rate: float = SURE_RATE
+    """[rad/s]"""
+    longest_step: float = 32.0
+    """[s]"""
+    likelihood: str = "mixture"
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """The best motion of one convention of axes."""
+
+    convention: Convention
+    problem: SensedProblem
+    refined: Refined
+
+
+@dataclass(frozen=True)
+class Identified:
+    """Minima by their score, best convention first, with the data that they explain."""
+
+    minima: tuple[Minimum, ...]
+    samples: Samples
+    parameters: FreeParameters
+    fitted: int
+    """Samples that were fitted; those after them were held out."""
+    timing_s: dict[str, float]
+
+
+def identify(
+    samples: Samples,
+    model: Model,
+    around: Around,
+    parameters: FreeParameters,
+    search: Search,
+    *,
+    unknown_axes: dict[str, str],
+    fit_until: float,
+    delayed: tuple[str, ...],
+    progress: Progress = lambda *_: None,
+) -> Identified:
+    """Best motion and parameters by the samples up to `fit_until` [s]; the rest is predicted and not looked at.
+
+    Raises `InputError` where there are too few samples.
+    """
+    began = time.perf_counter()
+    progress("preparing", 0, 1)
+    fitted = int(np.searchsorted(samples.t, fit_until, side="right"))
+    if fitted < FIRST_ARC:
+        raise InputError(f"only {fitted} samples to fit; a fit needs at least {FIRST_ARC}")
+    span = max(float(samples.t[fitted - 1] - samples.t[0]), 1.0)
+    whole_span = max(float(np.ptp(samples.t)), 1.0)
+    build = {"whole": samples, "delayed": delayed}
+    # The sky first, on the coarsest grid: sights need no motion.
+    first = build_sensed(samples, model, around, max_step=search.longest_step, room_for=search.longest_step, **build)
+    found = conventions(first, samples, unknown_axes)
+    sights = sights_of(with_axes(first, found[0]), samples)
+    fastest = max(_seen_rate(sights), search.max_rate)
+    step = min(search.longest_step, step_for(RK4, fastest, span, COARSE_TOLERANCE))
+    finest = min(step, step_for(RK4, 1.3 * fastest + 1e-3, whole_span, FINE_TOLERANCE))
+    telling = telling_samples(sights)
+    telling = telling[telling < fitted]
+    if len(telling) < FIRST_ARC:
+        raise InputError(f"only {len(telling)} samples tell a direction; a fit needs at least {FIRST_ARC}")
+    mask = np.isin(np.arange(len(samples.t)), telling)
+    begin = longest_stretch(samples.t, mask) if samples.given is None else 0
+    part = samples.since(begin)
+    coarse = build_sensed(part, model, around, max_step=step, room_for=finest, **build)
+    tabulated = time.perf_counter()
+    progress("compiling", 0, 1)
+    for compilation in compile_solvers(coarse, parameters, "levenberg_marquardt"):
+        if compilation is not None:
+            compilation.result()
+    compiled = time.perf_counter()
+
+    use = usable(coarse, part)
+    use[fitted - begin :] = 0.0
+    if samples.given is None:
+        runs = [_Run(each, with_axes(coarse, each), part, fastest, search, parameters) for each in found]
+        _grow(runs, telling[telling >= begin] - begin, fitted - begin - 1, parameters, use, progress)
+    else:
+        runs = [_Run(each, with_axes(coarse, each), part, fastest, search, parameters, count=1) for each in found[:8]]
+    fine_step = _fine_step(runs, search, whole_span)
+    fine = build_sensed(samples, model, around, max_step=max(min(step, fine_step), finest), room_for=finest, **build)
+    weight = usable(fine, samples)
+    weight[fitted:] = 0.0
+    minima = []
+    for run in runs:
+        problem = with_axes(fine, run.convention)
+        starts = run.starts
+        if begin > 0:
+            starts = carried_back(starts, parameters, samples, begin, problem.model, around, fine_step)
+        if len(starts.cost):
+            refined = refine(problem, parameters, starts, weight, likelihood=search.likelihood, progress=progress)
+            minima.append(Minimum(run.convention, problem, refined))
+    if not minima:
+        raise InputError("no start survives: the nominal satellite or the noise is out of all range")
+    minima.sort(key=lambda minimum: minimum.refined.score[0])
+    timing = {"prepare": tabulated - began, "compile": compiled - tabulated, "solve": time.perf_counter() - compiled}
+    return Identified(tuple(minima), samples, parameters, fitted, timing)
+
+
+class _Run:
+    """The search under one convention of axes."""
+
+    def __init__(self, convention, problem, samples, fastest, search, parameters, count=None):
+        self.convention, self.problem = convention, problem
+        sights = sights_of(problem, samples)
+        rng = np.random.default_rng(search.seed)
+        guesses = first_guesses(sights, 0, count or search.starts, fastest, rng)
+        self.starts = guesses.starts(len(parameters.everything))
+
+
+def _grow(runs: list[_Run], telling: np.ndarray, last: int, parameters: FreeParameters, use, progress) -> None:
+    """Ever longer arcs; in place. Starts and conventions that are far worse than the best are given up."""
+    stages = arcs(telling, last, parameters)
+    for number, stage in enumerate(stages):
+        progress("growing arcs", number, len(stages))
+        for run in runs:
+            kept = run.starts.take(np.arange(min(stage.keep, len(run.starts.cost))))
+            moved = advance(run.problem, parameters, stage, kept, use)
+            run.starts = moved.take(distinct(moved, attitude=2e-3, rate=2e-3))
+        runs[:] = [run for run in runs if len(run.starts.cost)]
+        if not runs:
+            raise InputError("no start gives finite readings: the nominal satellite or the noise is out of all range")
+        runs.sort(key=lambda run: run.starts.cost[0])
+        if number > 0:
+            limit = HOPELESS[0] * runs[0].starts.cost[0] + HOPELESS[1]
+            for run in runs:
+                run.starts = run.starts.take(np.flatnonzero(run.starts.cost <= limit))
+            runs[:] = [run for run in runs if len(run.starts.cost)]
+            # The longer the arc, the fewer conventions can be meant.
+            del runs[max(24 >> number, 3) :]
+    progress("growing arcs", len(stages), len(stages))
+
+
+def arcs(telling: np.ndarray, last: int, parameters: FreeParameters) -> list[Stage]:
+    """Arcs by their number of telling samples; what is free grows with them, under the priors."""
+    names = [leaf.name for leaf in parameters.leaves]
+    inertia = {leaf.name for leaf in parameters.leaves if leaf.place == INERTIA_PLACE}
+    state, everything = parameters.active([]), parameters.everything
+    without_inertia = parameters.active([name for name in names if name not in inertia])
+
+    def stage(count: float, keep: int, iterations: int, active: np.ndarray) -> Stage:
+        whole = count * 1.2 >= len(telling)
+        sample = last if whole else int(telling[int(round(count)) - 1])
+        return Stage(sample, keep, iterations, ROBUST_SCALE, active)
+
+    count: float = FIRST_ARC
+    stages = [stage(count, 10**9, 5, state), stage(count, KEEP[0], 8, without_inertia)]
+    while stages[-1].last_sample < last:
+        count *= ARC_GROWTH
+        keep = KEEP[min(len(stages) - 1, len(KEEP) - 1)]
+        stages.append(stage(count, keep, 8, without_inertia if len(stages) == 2 else everything))
+    return stages
+
+
+def _seen_rate(sights: Sights) -> float:
+    """A rate that the satellite is not much faster than, as far as gyroscope or finite turns show it [rad/s]."""
+    known = np.isfinite(sights.rate).all(axis=1)
+    if known.any():
+        return 1.3 * float(np.quantile(np.linalg.norm(sights.rate[known], axis=1), 0.9))
+    fastest = 0.0
+    for directions in sights.directions:
+        good = np.flatnonzero(np.isfinite(directions.body).all(axis=1))
+        if len(good) > 3:
+            body = directions.body[good]
+            angle = np.arctan2(
+                np.linalg.norm(np.cross(body[1:], body[:-1]), axis=1), np.einsum("ni,ni->n", body[1:], body[:-1])
+            )
+            # A direction that turns with the body at less than its whole rate: the axis may lie near it.
+            fastest = max(fastest, 1.3 * float(np.quantile(angle / np.diff(sights.t[good]), 0.8)))
+    return fastest
+
+
+def _fine_step(runs: list[_Run], search: Search, span: float) -> float:
+    """Steps of the last rounds, by the spin of the survivors."""
+    spins = [RATE_UNIT * np.linalg.norm(run.starts.x[candidates(run.starts.cost), 3:6], axis=1).max() for run in runs]
+    return min(search.longest_step, step_for(RK4, 1.3 * float(max(spins)) + 1e-3, span, FINE_TOLERANCE))
+
+
+def left_out(minimum: Minimum, fitted: int) -> np.ndarray:
+    """[samples groups] readings that the best motion of a minimum left out, of those that were fitted."""
+    known = of_groups(np.asarray(minimum.problem.known, float), minimum.problem.groups) > 0
+    return (minimum.refined.limited[0] & known)[:fitted]

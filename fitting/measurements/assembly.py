@@ -1,0 +1,200 @@
+"""From a table of channels to the padded problem of a fit."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import equinox as eqx
+import jax
+import numpy as np
+
+from fitting.measurements.abstract import PAD_SAMPLES, PAD_STEPS
+from fitting.measurements.floor import NO_FLOOR
+from fitting.measurements.groups import Group, Groups, over_columns
+from fitting.measurements.sensed import Motion, SensedProblem
+from fitting.measurements.sky import Around, nodes_at, sky_at
+from jaxsat.environment import Commands, OrbitTable, sun_directions
+from jaxsat.integrators import StepGrid
+from jaxsat.satellites.model import Model
+from jaxsat.sensors import Panels
+from jaxsat.telemetry import Channel
+from jaxsat.time import Epoch
+from jaxsat.torques.commanded import commanded_columns
+
+OUT_OF_RANGE = 5.0
+"""Readings beyond so many times what nine of ten stay below are out of range."""
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Channels on the union of their times."""
+
+    t: np.ndarray
+    """[time] rising [s]."""
+    values: Mapping[str, np.ndarray]
+    """[time readings] of each channel, SI, NaN where not measured."""
+    channels: Mapping[str, Channel]
+    epoch: Epoch
+    columns: Mapping[str, tuple[np.ndarray, np.ndarray]]
+    """Times and values of further columns: commands, currents that disturb."""
+    given: tuple[np.ndarray, np.ndarray] | None = None
+    """Times and quaternions of a motion that is given."""
+
+    @staticmethod
+    def of(
+        channels: Mapping[str, Channel],
+        epoch: Epoch,
+        columns: Mapping[str, tuple[np.ndarray, np.ndarray]],
+        given: tuple[np.ndarray, np.ndarray] | None = None,
+    ) -> "Samples":
+        """The channels at each time at which any of them measured."""
+        measured = {name: np.isfinite(channel.values).any(axis=1) for name, channel in channels.items()}
+        t = np.unique(np.concatenate([channel.t_s[measured[name]] for name, channel in channels.items()]))
+        values = {}
+        for name, channel in channels.items():
+            rows = np.full((len(t), channel.values.shape[1]), np.nan)
+            rows[np.searchsorted(t, channel.t_s[measured[name]])] = channel.values[measured[name]]
+            values[name] = rows
+        return Samples(t, values, channels, epoch, columns, given)
+
+    def since(self, first: int) -> "Samples":
+        """The samples from number `first` on."""
+        values = {name: rows[first:] for name, rows in self.values.items()}
+        return Samples(self.t[first:], values, self.channels, self.epoch, self.columns, self.given)
+
+
+def groups_of(model: Model, samples: Samples) -> Groups:
+    """The columns of residuals of each channel, in the order of the channels."""
+    found = []
+    for name, rows in samples.values.items():
+        sensor = model.sensors[name]
+        reading = jax.ShapeDtypeStruct((rows.shape[1],), float)
+        found.append(Group(name, eqx.filter_eval_shape(sensor.difference, reading, reading).shape[0]))
+    return tuple(found)
+
+
+def build_sensed(
+    samples: Samples,
+    model: Model,
+    around: Around,
+    *,
+    delayed: tuple[str, ...],
+    max_step: float,
+    room_for: float,
+    whole: Samples | None = None,
+) -> SensedProblem:
+    """Tables and padded measurements for steps of at most `max_step` [s].
+
+    Where the samples are a part of a `whole` session, they get its shape for steps of `room_for` [s].
+    """
+    t, t_whole = samples.t, (whole or samples).t
+    free = samples.given is None
+    max_step, room_for = (step if free else 1e9 for step in (max_step, room_for))
+    steps = len(StepGrid.through(t_whole, start=t_whole[0], max_step=min(room_for, max_step)).step)
+    pad_samples, pad_steps = (-(-n // pad) * pad for n, pad in ((len(t_whole), PAD_SAMPLES), (steps, PAD_STEPS)))
+    grid = StepGrid.through(t, start=t[0], max_step=max_step, pad_samples=pad_samples, pad_steps=pad_steps)
+    extra = len(grid.sample_index) - len(t)
+    padded_t = np.pad(t, (0, extra), mode="edge")
+    lit = any("light" in sensor.needs for sensor in model.sensors.values())
+    columns = {name: np.interp(padded_t, *pair) for name, pair in samples.columns.items()}
+    sun = sun_directions(samples.epoch, padded_t) if lit else None
+    sky = sky_at(around, padded_t, sun, columns)
+    nodes = np.asarray(grid.node_times)
+    node_sun = sun_directions(samples.epoch, nodes) if around.pushed else None
+    orbit = with_commands(nodes_at(around, nodes, node_sun), model, grid, samples)
+    groups = groups_of(model, samples)
+    measured = {name: np.pad(np.nan_to_num(rows), ((0, extra), (0, 0))) for name, rows in samples.values.items()}
+    known = np.pad(np.hstack([_known(samples.values[group.name], group) for group in groups]), ((0, extra), (0, 0)))
+    sigma = np.concatenate([np.full(group.width, samples.channels[group.name].sigma) for group in groups])
+    return SensedProblem(
+        grid=grid,
+        orbit=orbit,
+        sky=sky,
+        measured=measured,
+        known=known,
+        sigma=sigma,
+        valid=np.arange(len(padded_t)) < len(t),
+        floor=np.pad(_floors(samples, model, groups), ((0, extra), (0, 0)), constant_values=NO_FLOOR),
+        bright=np.pad(_bright(samples, model, groups), ((0, extra), (0, 0))),
+        model=model,
+        motion=None if free else _given(samples, padded_t),
+        of_sensors=groups,
+        delayed=delayed,
+    )
+
+
+def with_commands(table: OrbitTable, model: Model, grid: StepGrid, samples: Samples) -> OrbitTable:
+    """The table with the telemetered commands that parts of the satellite follow."""
+    held, linear = commanded_columns(model.spacecraft.parts)
+    if not (held or linear):
+        return table
+    commands = Commands.of(samples.columns, held=held, linear=linear)
+    return replace(table, commands=commands(np.asarray(grid.node_times)))
+
+
+def _known(rows: np.ndarray, group: Group) -> np.ndarray:
+    finite = np.isfinite(rows)
+    # A quaternion is measured as a whole or not at all.
+    return finite if rows.shape[1] == group.width else np.repeat(finite.all(axis=1)[:, None], group.width, axis=1)
+
+
+def _floors(samples: Samples, model: Model, groups: Groups) -> np.ndarray:
+    """What a current of zero may have been at most, in sigmas: the telemetry of panels has nothing below it."""
+    found = []
+    for group in groups:
+        rows, channel = samples.values[group.name], samples.channels[group.name]
+        cut = isinstance(model.sensors[group.name], Panels) and bool(channel.quantum) and not np.any(rows < 0.0)
+        floor = 0.5 * (channel.quantum or 0.0) / channel.sigma
+        found.append(np.where(rows == 0.0, floor, NO_FLOOR) if cut else np.full((len(rows), group.width), NO_FLOOR))
+    return np.hstack(found)
+
+
+def _bright(samples: Samples, model: Model, groups: Groups) -> np.ndarray:
+    """[time groups] whether there is a reading, and of a sensor of light one that stands out of the noise."""
+    found = []
+    for group in groups:
+        rows = samples.values[group.name]
+        seen = np.isfinite(rows).any(axis=1)
+        if model.sensors[group.name].sees == "sun":
+            seen &= np.nan_to_num(np.abs(rows)).max(axis=1) > 3.0 * samples.channels[group.name].sigma
+        found.append(seen)
+    return np.stack(found, axis=1)
+
+
+def usable(problem: SensedProblem, samples: Samples) -> np.ndarray:
+    """[samples channels] 1 where a measurement counts: 0 of sensors of light where Sun and shadow contradict them.
+
+    In the penumbra a second decides what they read, and that says nothing about the attitude.
+    """
+    wild = np.pad(_wild(samples), ((0, len(problem.valid) - len(samples.t)), (0, 0)))
+    weight = np.asarray(problem.known, float) * np.asarray(problem.valid)[:, None]
+    weight[over_columns(wild, problem.groups)] = 0.0
+    if problem.sky.light is None:
+        return weight
+    share = np.asarray(problem.sky.light.illumination)
+    lit = np.array([problem.model.sensors[group.name].sees == "sun" for group in problem.groups])
+    doubtful = ((share > 0.0) & (share < 1.0))[:, None] | ((share == 0.0)[:, None] & np.asarray(problem.bright))
+    return np.where(over_columns(doubtful & lit, problem.groups), 0.0, weight)
+
+
+def _wild(samples: Samples) -> np.ndarray:
+    """[time channels] readings out of all range of their channel, as of wrong bytes: no motion makes them."""
+    found = []
+    for rows in samples.values.values():
+        size = np.nan_to_num(np.abs(rows)).max(axis=1)
+        measured = size[np.isfinite(rows).any(axis=1)]
+        found.append(size > OUT_OF_RANGE * np.quantile(measured, 0.9))
+    return np.stack(found, axis=1)
+
+
+def _given(samples: Samples, t: np.ndarray) -> Motion:
+    """Attitude and rates of a given motion at the times, along the great circle between two quaternions."""
+    from scipy.spatial.transform import Rotation, RotationSpline
+
+    assert samples.given is not None
+    times, quaternions = samples.given
+    spline = RotationSpline(times, Rotation.from_quat(quaternions, scalar_first=True))
+    inside = np.clip(t, times[0], times[-1])
+    # SciPy's rates are those of the axes it turns to: of the body in its own axes for inertial from body.
+    q, w, a = spline(inside), spline(inside, 1), spline(inside, 2)
+    back = q.inv()
+    return Motion(q.as_quat(scalar_first=True), back.apply(w), back.apply(a))

@@ -1,0 +1,198 @@
+"""The data of one fit of any satellite: what its sensors measured, on the union of their times."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from fitting.measurements.abstract import PAD_SAMPLES, RATE_UNIT, AbstractProblem, Prediction
+from fitting.measurements.groups import Groups
+from fitting.measurements.sky import Sky
+from fitting.parameters.free import FreeLeaves
+from fitting.parameters.names import STATE
+from jaxsat.dynamics import AttitudeState, derivative, rigid_body
+from jaxsat.environment import OrbitTable
+from jaxsat.integrators import BLOCK, StepGrid
+from jaxsat.math import quaternion
+from jaxsat.satellites.model import Model, with_values
+from jaxsat.simulate import simulate_on_grid
+from jaxsat.spacecraft import Spacecraft
+from jaxsat.torques.hysteresis import lag_from_induction
+
+
+class Motion(eqx.Module):
+    """Attitude motion at the samples."""
+
+    quaternion: Float[Array | np.ndarray, "*samples 4"]
+    angular_velocity: Float[Array | np.ndarray, "*samples 3"]
+    acceleration: Float[Array | np.ndarray, "*samples 3"]
+    """Angular, body axes [rad/s^2]."""
+
+
+class SensedProblem(AbstractProblem):
+    """Everything about a session that does not change while it is fitted."""
+
+    grid: StepGrid
+    orbit: OrbitTable
+    """At the grid's nodes."""
+    sky: Sky
+    """At the samples."""
+    measured: Mapping[str, Float[Array | np.ndarray, "samples readings"]]
+    """Of each sensor, SI; zero where not measured."""
+    known: Bool[Array | np.ndarray, "samples channels"]
+    """Whether there is a measurement, for each column of residuals."""
+    sigma: Float[Array | np.ndarray, " channels"]
+    """1-sigma of each, SI."""
+    valid: Bool[Array | np.ndarray, " samples"]
+    floor: Float[Array | np.ndarray, "samples channels"]
+    bright: Bool[Array | np.ndarray, "samples groups"]
+    """Whether a sensor of light sees some."""
+    model: Model
+    """The nominal one, with the conventions of axes that are tried."""
+    motion: Motion | None
+    """Where it is given and not integrated."""
+    of_sensors: Groups = eqx.field(static=True)
+    delayed: tuple[str, ...] = eqx.field(static=True)
+    """Channels whose stamps may be late."""
+
+    @property
+    def groups(self) -> Groups:
+        return self.of_sensors
+
+    def telling(self) -> np.ndarray:
+        return np.asarray(self.bright)
+
+    def predict_blocks(
+        self,
+        parameters: FreeLeaves,
+        x: Float[Array, " unknowns"],
+        reference: Float[Array, "4"],
+        blocks: Int[Array | np.ndarray, ""],
+        *,
+        visit: Any,
+        carry: Any,
+    ) -> tuple[Prediction, Any]:
+        linear = _linear(parameters, x[len(STATE) :])
+        moving, seeing = jnp.split(x, [len(STATE) + parameters.moving])
+        motion, turns, spins = _motion(self, linear, moving, reference, blocks)
+        inputs = (motion, turns, spins, self.sky, self.measured, self.known)
+
+        def sample_block(number, carry):
+            residual, carry = carry
+            begin = number * PAD_SAMPLES
+            part = jax.tree.map(
+                lambda leaf: jax.lax.dynamic_slice_in_dim(jnp.asarray(leaf), begin, PAD_SAMPLES), inputs
+            )
+            new = jax.vmap(lambda *sample: _whitened(self, linear, seeing, *sample))(*part)
+            residual = jax.lax.dynamic_update_slice_in_dim(residual, new[0], begin, axis=0)
+            return residual, visit(carry, new, begin)
+
+        samples = jnp.sum(jnp.asarray(self.grid.sample_index) <= blocks * BLOCK)
+        count = (samples + PAD_SAMPLES - 1) // PAD_SAMPLES
+        blank = jnp.zeros((self.valid.shape[0], self.channels), dtype=x.dtype)
+        residual, carry = jax.lax.fori_loop(0, count, sample_block, (blank, carry))
+        padding = jnp.zeros((*turns.shape[:2], seeing.shape[0]), dtype=x.dtype)
+        return Prediction(
+            residual=residual,
+            quaternion=jnp.asarray(motion.quaternion),
+            angular_velocity=jnp.asarray(motion.angular_velocity),
+            rotation_jacobian=jnp.concatenate([turns, padding], axis=-1),
+        ), carry
+
+
+class _Linear(eqx.Module):
+    """The leaves to first order about one `x`, which is all that a Jacobian asks."""
+
+    parameters: FreeLeaves
+    values: Float[Array, " leaves"]
+    slopes: Float[Array, "leaves unknowns"]
+
+    def moved(self, model: Model, shift: Float[Array, " moving"]) -> Model:
+        """The model whose satellite has its own unknowns changed."""
+        return self._with(model, self.values + self.slopes[:, : self.parameters.moving] @ shift, moves=True)
+
+    def seen(self, model: Model, shift: Float[Array, " seeing"]) -> Model:
+        """The model whose sensors have theirs changed."""
+        return self._with(model, self.values + self.slopes[:, self.parameters.moving :] @ shift, moves=False)
+
+    def _with(self, model, values, *, moves):
+        spots = self.parameters.spots
+        index = np.array([k for k, spot in enumerate(spots) if spot[0].startswith("spacecraft.") == moves], dtype=int)
+        return with_values(model, [spots[k] for k in index], values[index])
+
+
+def _linear(parameters: FreeLeaves, x_model: Float[Array, " unknowns"]) -> _Linear:
+    return _Linear(parameters, parameters.values(x_model), jax.jacfwd(parameters.values)(x_model))
+
+
+def initial_state(
+    spacecraft: Spacecraft, q: Float[Array, "4"], w: Float[Array, "3"], start: OrbitTable
+) -> AttitudeState:
+    """The state at one entry of an orbit's table; hysteresis rods begin with their own induction."""
+    rods = spacecraft.hysteresis_rods
+    if rods is None:
+        return AttitudeState(q, w)
+    return AttitudeState(
+        q, w, lag_from_induction(rods, rods.induction, quaternion.rotate_inverse(q, start.b_field_eci))
+    )
+
+
+def _motion(problem: SensedProblem, linear: _Linear, moving, reference, blocks) -> tuple[Motion, Array, Array]:
+    """The motion, and turn [rad] and change of rate [rad/s] at each sample for a unit of each unknown of motion."""
+    samples, unknowns = problem.valid.shape[0], moving.shape[0]
+    if problem.motion is not None:
+        none = jnp.zeros((samples, 3, unknowns), dtype=moving.dtype)
+        return problem.motion, none, none
+    at_samples = jax.tree.map(lambda leaf: jnp.asarray(leaf)[problem.grid.sample_node], problem.orbit)
+    start = jax.tree.map(lambda leaf: jnp.asarray(leaf)[0], problem.orbit)
+
+    def motion(unknowns):
+        spacecraft = linear.moved(problem.model, unknowns[len(STATE) :] - moving[len(STATE) :]).spacecraft
+        q0 = quaternion.multiply(reference, quaternion.from_rotation_vector(unknowns[:3]))
+        initial = initial_state(spacecraft, q0, unknowns[3:6] * RATE_UNIT, start)
+        found = simulate_on_grid(spacecraft, initial, problem.orbit, problem.grid, blocks=blocks)
+        return (found.quaternion, found.angular_velocity), (found, spacecraft)
+
+    (by_q, spins), (found, spacecraft) = jax.jacfwd(motion, has_aux=True)(moving)
+    q = found.quaternion
+    product = jax.vmap(lambda p: quaternion.multiply(quaternion.conjugate(q), p), in_axes=-1, out_axes=-1)
+    body = rigid_body(spacecraft)
+    states = AttitudeState(q, found.angular_velocity, found.rod_lag)
+    acceleration = jax.vmap(lambda state, point: derivative(state, point, body).angular_velocity)(states, at_samples)
+    return Motion(q, found.angular_velocity, acceleration), 2.0 * product(by_q)[:, 1:], spins
+
+
+def _whitened(
+    problem: SensedProblem,
+    linear: _Linear,
+    seeing: Float[Array, " seeing"],
+    motion: Motion,
+    turns: Float[Array, "3 moving"],
+    spins: Float[Array, "3 moving"],
+    sky: Sky,
+    measured: Mapping[str, Float[Array, " readings"]],
+    known: Bool[Array, " channels"],
+) -> tuple[Float[Array, " channels"], Float[Array, "channels unknowns"]]:
+    """Residuals of one sample over their noise, and their Jacobian by the chain rule."""
+
+    def differences(turn, spin, unknowns):
+        model = linear.seen(problem.model, unknowns - seeing)
+        attitude = quaternion.multiply(motion.quaternion, quaternion.from_rotation_vector(turn))
+        found = []
+        for group in problem.of_sensors:
+            late = jnp.asarray(model.delays[group.name]) if group.name in problem.delayed else None
+            view = sky.view(attitude, motion.angular_velocity + spin, motion.acceleration, model.albedo, late)
+            sensor = model.sensors[group.name]
+            found.append(sensor.difference(sensor(view), measured[group.name]))
+        residual = jnp.where(known, jnp.concatenate(found) / problem.sigma, 0.0)
+        return residual, residual
+
+    none = jnp.zeros(3, dtype=seeing.dtype)
+    (by_turn, by_spin, by_seeing), residual = jax.jacfwd(differences, argnums=(0, 1, 2), has_aux=True)(
+        none, none, seeing
+    )
+    return residual, jnp.concatenate([by_turn @ turns + by_spin @ spins, by_seeing], axis=-1)

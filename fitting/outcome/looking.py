@@ -1,0 +1,121 @@
+"""A minimum looked at from all sides: readings, their derivatives, and what covariance makes of them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from fitting.measurements.sensed import SensedProblem
+from fitting.outcome.uncertainty import at_bound, attitude_covariance, covariance
+from fitting.parameters.free import FreeLeaves, FreeParameters
+from fitting.parameters.names import STATE
+from fitting.solvers.least_squares import Point
+from fitting.stored import Stored
+from jaxsat.integrators import BLOCK
+from jaxsat.satellites.model import Model, with_values
+
+
+def _look(
+    problem: SensedProblem,
+    parameters: FreeLeaves,
+    x: Float[Array, " unknowns"],
+    reference: Float[Array, "4"],
+    blocks: Int[Array | np.ndarray, ""],
+) -> tuple[Array, ...]:
+    """Residuals with their whole Jacobian, the motion with its own, and the leaves with theirs."""
+
+    def store(jacobian, new, begin):
+        return jax.lax.dynamic_update_slice_in_dim(jacobian, new[1], begin, axis=0)
+
+    blank = jnp.zeros((problem.valid.shape[0], problem.channels, x.shape[0]), dtype=x.dtype)
+    prediction, jacobian = problem.predict_blocks(parameters, x, reference, blocks, visit=store, carry=blank)
+    x_model = x[len(STATE) :]
+    return (
+        prediction.residual,
+        jacobian,
+        prediction.quaternion,
+        prediction.angular_velocity,
+        prediction.rotation_jacobian,
+        parameters.values(x_model),
+        jax.jacfwd(parameters.values)(x_model),
+    )
+
+
+def _read(
+    problem: SensedProblem,
+    model: Model,
+    q: Float[Array, "samples 4"],
+    w: Float[Array, "samples 3"],
+) -> Mapping[str, Array]:
+    """Noise-free readings of every sensor at the samples, SI."""
+    slope = jnp.gradient(w, axis=0) / jnp.maximum(jnp.gradient(problem.sky.time), 1e-9)[:, None]
+
+    def one(q, w, acceleration, sky):
+        found = {}
+        for group in problem.of_sensors:
+            late = jnp.asarray(model.delays[group.name]) if group.name in problem.delayed else None
+            found[group.name] = model.sensors[group.name](sky.view(q, w, acceleration, model.albedo, late))
+        return found
+
+    return jax.vmap(one)(q, w, slope, jax.tree.map(jnp.asarray, problem.sky))
+
+
+look, read = Stored(_look), Stored(_read)
+
+
+@dataclass(frozen=True)
+class Look:
+    """One minimum on the host; arrays over the padded samples of its problem."""
+
+    residual: np.ndarray
+    """[samples channels] (modelled - measured) / sigma."""
+    promised: np.ndarray
+    """[samples channels] 1-sigma of it by noise and covariance, of what was not fitted."""
+    readings: Mapping[str, np.ndarray]
+    """[samples readings] of each sensor, SI."""
+    quaternion: np.ndarray
+    angular_velocity: np.ndarray
+    rotation_covariance: np.ndarray
+    """[samples 3 3] of a small turn in body axes [rad^2]."""
+    values: np.ndarray
+    """[leaves] SI."""
+    values_jacobian: np.ndarray
+    """[leaves unknowns] by the unknowns after the state."""
+    covariance: np.ndarray
+    """[unknowns unknowns]"""
+    pressed: np.ndarray
+    """[unknowns] bool: against a bound."""
+    model: Model
+
+
+def look_at(problem: SensedProblem, parameters: FreeParameters, best: Point) -> Look:
+    """The minimum `best` (leaves without a starts axis) on its own problem."""
+    last = int(np.flatnonzero(problem.valid)[-1])
+    blocks = np.asarray(-(-int(np.asarray(problem.grid.sample_index)[last]) // BLOCK))
+    x, reference = np.asarray(best.x), np.asarray(best.reference)
+    residual, jacobian, q, w, rotation, values, values_jacobian = (
+        np.asarray(array) for array in look(problem, parameters.tree, x, reference, blocks)
+    )
+    pressed = at_bound(x, np.asarray(best.gradient), parameters.bounds())
+    cov = covariance(np.asarray(best.hessian), parameters.everything & ~pressed)
+    finite = np.isfinite(np.diagonal(cov))
+    J = jacobian[..., finite]
+    spread = np.einsum("scu,uv,scv->sc", J, cov[np.ix_(finite, finite)], J)
+    model = with_values(problem.model, parameters.tree.spots, jnp.asarray(values))
+    readings = {name: np.asarray(array) for name, array in read(problem, model, q, w).items()}
+    return Look(
+        residual=residual,
+        promised=np.sqrt(1.0 + np.maximum(spread, 0.0)),
+        readings=readings,
+        quaternion=q,
+        angular_velocity=w,
+        rotation_covariance=attitude_covariance(rotation, cov),
+        values=values,
+        values_jacobian=values_jacobian,
+        covariance=cov,
+        pressed=pressed,
+        model=model,
+    )

@@ -1,0 +1,232 @@
+"""From the minima of any satellite to the result: values, sigmas, held-out readings, verdict in words."""
+
+import itertools
+
+import jax
+import numpy as np
+
+from fitting.identify import Identified, Minimum
+from fitting.measurements.abstract import RATE_UNIT
+from fitting.measurements.floor import NO_FLOOR
+from fitting.measurements.groups import columns_of
+from fitting.outcome.breaks import find_breaks, stamp_delay
+from fitting.outcome.looking import Look, look_at
+from fitting.outcome.result import FittedParameter
+from fitting.outcome.sensed_result import ChannelFit, Holdout, SensedResult
+from fitting.outcome.sensed_verdict import Evidence, judge
+from fitting.outcome.uncertainty import correlations, field_angle_sigma, promised_saving
+from fitting.outcome.worth import worth
+from fitting.parameters.free import FreeParameters
+from fitting.parameters.names import STATE
+from jaxsat.sensors.abstract import AbstractSensor
+
+FAINT = 0.25
+"""A reading at the telemetry's floor says nothing where the model has less than this [sigma]."""
+HELD = 0.5
+"""Share of a prior's variance that is left where its parameter is called held by it."""
+
+
+def summarize_sensed(found: Identified, *, with_worth: bool = True) -> SensedResult:
+    """The best minimum as a result."""
+    best, parameters, samples = found.minima[0], found.parameters, found.samples
+    point = jax.tree.map(lambda leaf: np.asarray(leaf)[0], best.refined.points)
+    seen = look_at(best.problem, parameters, point)
+    n = len(samples.t)
+    fitted = np.arange(n) < found.fitted
+    informative = _informative(best, seen)[:n]
+    counted = informative & fitted[:, None] & (np.asarray(point.weight)[:n] > 0)
+    chi2 = float((seen.residual[:n][counted] ** 2).sum())
+    free = parameters.everything & ~seen.pressed
+    share = np.where(np.isfinite(np.diagonal(seen.covariance)), np.diagonal(seen.covariance), 1.0)
+    share[: len(STATE)] = 0.0
+    # Unknowns that the prior holds take no degree of freedom from the data.
+    dof = int(round(counted.sum() - free.sum() + share[free].sum()))
+    table, notes, full = _parameters(parameters, seen, share)
+    channels = _channels(found, best, seen, point, counted)
+    alternatives = tuple(_alternatives(found, seen))
+    sigma_deg = np.degrees(np.sqrt(np.einsum("sii->si", seen.rotation_covariance)))[:n]
+    evidence = Evidence(
+        cost=float(point.cost),
+        promise=promised_saving(np.asarray(point.gradient), seen.covariance, seen.pressed),
+        ratio=chi2 / max(dof, 1),
+        hopeless=bool(best.refined.hopeless[0]),
+        channels=channels,
+        alternatives=alternatives,
+        attitude_sigma_deg=float(np.median(np.linalg.norm(sigma_deg[fitted], axis=1)))
+        if parameters.free_motion
+        else 0.0,
+        notes=notes,
+        held_out=not fitted.all(),
+    )
+    status, verdict, message, remarks = judge(evidence)
+    light = best.problem.sky.light
+    field = _rotated_back(seen.quaternion[:n], np.asarray(best.problem.sky.b_field_eci)[:n])
+    return SensedResult(
+        status=status,
+        message=message,
+        verdict=verdict,
+        remarks=remarks,
+        chi2=chi2,
+        dof=dof,
+        parameters=table,
+        buys=worth(found, best, point) if with_worth else {},
+        correlations=full,
+        t_s=samples.t,
+        quaternion_inertial_from_body=seen.quaternion[:n],
+        angular_velocity_rad_s=seen.angular_velocity[:n],
+        attitude_sigma_deg=sigma_deg,
+        illumination=None if light is None else np.asarray(light.illumination)[:n],
+        fitted=fitted,
+        channels=channels,
+        axes=best.convention.spelt(),
+        alternatives=alternatives,
+        timing_s=found.timing_s,
+        field_angle_deg=np.degrees(np.arctan2(np.linalg.norm(field[:, 1:], axis=1), field[:, 0])),
+        field_angle_sigma_deg=np.degrees(field_angle_sigma(field, seen.rotation_covariance[:n])),
+    )
+
+
+def _informative(minimum: Minimum, seen: Look) -> np.ndarray:
+    """[samples channels] whether a measurement says something: an exact zero of a panel that sees nothing does not."""
+    floor = np.asarray(minimum.problem.floor)
+    return np.asarray(minimum.problem.known) & ((floor == NO_FLOOR) | (seen.residual > FAINT))
+
+
+def _parameters(
+    parameters: FreeParameters, seen: Look, share: np.ndarray
+) -> tuple[tuple[FittedParameter, ...], dict[str, str], dict[str, dict[str, float]]]:
+    """Table of all numbers, notes on some, and correlations between the free ones."""
+    cov, unknowns = seen.covariance, parameters.names
+    finite = np.isfinite(np.diagonal(cov))
+    spread = np.zeros((len(STATE) + len(parameters.leaves), len(cov)))
+    spread[: len(STATE), : len(STATE)] = np.degrees(np.diag([1.0] * 3 + [RATE_UNIT] * 3))
+    unit = np.array([leaf.to_unit for leaf in parameters.leaves])
+    spread[len(STATE) :, len(STATE) :] = seen.values_jacobian * unit[:, None]
+    full = spread[:, finite] @ cov[np.ix_(finite, finite)] @ spread[:, finite].T
+    touched = np.any(np.abs(spread[:, ~finite]) > 0, axis=1)
+    full[touched, touched] = np.inf
+    sigma = np.sqrt(np.diagonal(full))
+    names = [*STATE, *(leaf.name for leaf in parameters.leaves)]
+    notes = {}
+    for name, flag, held in zip(unknowns, seen.pressed, share, strict=True):
+        if name and flag:
+            notes[name] = "at its bound"
+        elif name and held > HELD:
+            notes[name] = "held by its prior"
+    free = {name for name in unknowns if name} if parameters.free_motion else {name for name in unknowns[6:] if name}
+    table = []
+    for number, leaf in enumerate(parameters.leaves):
+        s = float(sigma[len(STATE) + number])
+        known = leaf.name in free and 0.0 < s < np.inf
+        value = float(seen.values[number] * leaf.to_unit)
+        note = notes.get(leaf.name, "")
+        table.append(FittedParameter(leaf.name, value, s if known else None, leaf.unit, leaf.name in free, note))
+    return tuple(table), notes, correlations(names, full, free)
+
+
+def _channels(found, best, seen, point, counted) -> dict[str, ChannelFit]:
+    samples = found.samples
+    limited, weight = best.refined.limited[0], np.asarray(point.weight)
+    result = {}
+    slices = columns_of(best.problem.groups)
+    for number, (group, columns) in enumerate(zip(best.problem.groups, slices, strict=True)):
+        channel, rows = samples.channels[group.name], samples.values[group.name]
+        own = np.flatnonzero(np.isfinite(rows).any(axis=1))
+        sensor = seen.model.sensors[group.name]
+        fitted = own < found.fitted
+        residual, promised = -seen.residual[own][:, columns], seen.promised[own][:, columns]
+        known = np.asarray(best.problem.known)[own][:, columns]
+        held_used = ~((residual**2 * known).sum(axis=1) / (promised.max(axis=1) ** 2) > 4.0 * group.limit)
+        fit_used = ~limited[own, number] & (weight[own][:, columns] > 0).any(axis=1)
+        used = np.where(fitted, fit_used, held_used)
+        measured, modelled = rows[own] * channel.to_unit, seen.readings[group.name][own] * channel.to_unit
+        sigma = channel.sigma * channel.to_unit
+        mask = counted[own][:, columns]
+        rms = float(np.sqrt((residual[mask] ** 2).mean()) * sigma) if mask.any() else None
+        angle = _angles(sensor, rows[own], seen.readings[group.name][own])
+        later = ~fitted & used
+        held = _holdout(residual, promised, known, later, int((~fitted & ~used).sum()), sigma, angle)
+        delay = None
+        if group.name not in best.problem.delayed and best.problem.motion is None:
+            good = used & fitted & known.all(axis=1)
+            if residual.shape[1] == modelled.shape[1]:
+                delay = stamp_delay(samples.t[own][good], residual[good], modelled[good], sigma)
+        breaks = ()
+        if sensor.sees in ("field", "sun", "nadir") and residual.shape[1] == 3:
+            good = used | ~fitted
+            good &= known.all(axis=1)
+            # What the fit is not sure of, where it predicts, is no break.
+            wide = residual[good] / promised[good]
+            breaks = find_breaks(samples.t[own][good], wide, modelled[good] / promised[good], sigma, 1.0)
+        angle_fitted = angle[fitted & used & np.isfinite(angle)]
+        result[group.name] = ChannelFit(
+            name=group.name,
+            kind=type(sensor).__name__,
+            unit=channel.unit,
+            columns=tuple(channel.columns),
+            t_s=samples.t[own],
+            measured=measured,
+            modelled=modelled,
+            sigma=sigma,
+            residual=np.where(known, residual, np.nan),
+            promised=promised,
+            fitted=fitted,
+            used=used,
+            rms=rms,
+            chi2_per_reading=float((residual[mask] ** 2).mean()) if mask.any() else None,
+            angle_deg=float(np.median(angle_fitted)) if len(angle_fitted) else None,
+            holdout=held,
+            delay_s=delay[0] if delay else None,
+            delay_sigma_s=delay[1] if delay else None,
+            breaks=breaks,
+        )
+    return result
+
+
+def _holdout(residual, promised, known, later, outliers, sigma, angle) -> Holdout | None:
+    mask = known & later[:, None]
+    if not mask.any():
+        return None
+    rms, promise = (float(np.sqrt((array[mask] ** 2).mean()) * sigma) for array in (residual, promised))
+    seen = angle[later & np.isfinite(angle)]
+    return Holdout(int(mask.sum()), outliers, rms, promise, float(np.median(seen)) if len(seen) else None)
+
+
+def _angles(sensor: AbstractSensor, measured: np.ndarray, modelled: np.ndarray) -> np.ndarray:
+    """[time] angle between what the calibration makes of measured and of modelled readings [deg]; NaN for none."""
+    if sensor.sees not in ("field", "sun", "nadir", "attitude"):
+        return np.full(len(measured), np.nan)
+    found = [sensor.direct(readings, 1e-9) for readings in (measured, modelled)]
+    if found[0] is None or found[1] is None:
+        return np.full(len(measured), np.nan)
+    a, b = (np.asarray(each[0], float) for each in found if each is not None)
+    if sensor.sees == "attitude":
+        return np.degrees(2.0 * np.arccos(np.minimum(np.abs(np.einsum("ni,ni->n", a, b)), 1.0)))
+    return np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ni,ni->n", a, b)))
+
+
+def _alternatives(found: Identified, seen: Look) -> list[dict]:
+    """Other minima whose motion or whose axes differ, by the rise of chi2."""
+    best = found.minima[0]
+    n, score = found.fitted, best.refined.score[0]
+    others = []
+    for minimum, k in itertools.chain.from_iterable(
+        ((minimum, k) for k in range(len(minimum.refined.score))) for minimum in found.minima
+    ):
+        if minimum is best and k == 0:
+            continue
+        q = np.asarray(minimum.refined.points.prediction.quaternion)[k, :n]
+        overlap = np.abs(np.einsum("sc,sc->s", seen.quaternion[:n], q))
+        distance = float(np.degrees(np.median(2.0 * np.arccos(np.minimum(overlap, 1.0)))))
+        axes = minimum.convention.spelt()
+        if distance > 3.0 or axes != best.convention.spelt():
+            rate = np.degrees(np.asarray(minimum.refined.points.x)[k, 3:6] * RATE_UNIT)
+            others.append(
+                {
+                    "chi2_above_best": round(float(2.0 * (minimum.refined.score[k] - score)), 3),
+                    "attitude_distance_deg": round(distance, 2),
+                    "rate_deg_s": [round(float(w), 5) for w in rate],
+                    "axes": axes,
+                }
+            )
+    return sorted(others, key=lambda other: other["chi2_above_best"])

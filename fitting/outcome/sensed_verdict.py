@@ -1,0 +1,125 @@
+"""The verdict of a fit in words: does it predict, fit, or deny the model, and what would explain the data."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.outcome.result import AMBIGUOUS, CONVERGED, NOT_CONVERGED
+from fitting.outcome.sensed_result import (
+    AMBIGUOUS_VERDICT,
+    FITS,
+    FITS_ONLY,
+    PREDICTS,
+    UNDETERMINED,
+    WRONG_MODEL,
+    ChannelFit,
+)
+
+STALLED_DECREMENT = 0.1
+"""Cost that an undamped step may promise at a minimum."""
+MAX_CHI2_PER_READING = 4.0
+"""Beyond this, of all readings or of those of one channel, the model does not explain the data."""
+REMARKABLE_CHI2_PER_READING = 1.5
+WITHIN = 20.0
+"""Rise of chi2 (twice the cost) within which other axes or motions explain the data as well, at the stated noise."""
+UNKNOWN_DEG = 30.0
+"""1-sigma of an attitude that nothing tells."""
+MOST_LEFT_OUT = 0.25
+"""Share of a channel's readings that may be left out."""
+TOO_FAR = 2.0
+"""Held-out error over the promised one beyond which a fit does not predict."""
+LATE_SIGMAS = 5.0
+"""Of a delay that residuals show, beyond which it is told."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What a verdict is made of."""
+
+    cost: float
+    promise: float
+    """Cost that an undamped step would still save."""
+    ratio: float
+    """Chi2 per degree of freedom."""
+    hopeless: bool
+    """Whether more readings were inexplicable than may be left out."""
+    channels: Mapping[str, ChannelFit]
+    alternatives: tuple[dict, ...]
+    attitude_sigma_deg: float
+    notes: Mapping[str, str]
+    held_out: bool
+
+
+def judge(evidence: Evidence) -> tuple[str, str, str, tuple[str, ...]]:
+    """Status, verdict, its reason in a sentence, and remarks."""
+    remarks = tuple(_remarks(evidence))
+    found = _wrong(evidence)
+    if found is not None:
+        return NOT_CONVERGED, WRONG_MODEL, found, remarks
+    if not (np.isfinite(evidence.cost) and evidence.promise <= STALLED_DECREMENT):
+        reason = f"the solver stopped short of the minimum (a step would still save {evidence.promise:.2g})"
+        return NOT_CONVERGED, UNDETERMINED, reason, remarks
+    # Residuals larger than stated make all differences of chi2 larger.
+    equals = [a for a in evidence.alternatives if a["chi2_above_best"] < WITHIN * max(1.0, evidence.ratio)]
+    if equals:
+        axes = sum(bool(a["axes"]) for a in equals)
+        what = "conventions of axes" if axes else "motions"
+        return AMBIGUOUS, AMBIGUOUS_VERDICT, f"{len(equals) + 1} {what} explain the data equally well", remarks
+    if not evidence.attitude_sigma_deg < UNKNOWN_DEG:
+        reason = f"the attitude is known to {evidence.attitude_sigma_deg:.0f} deg only: the sensors do not tell it"
+        return NOT_CONVERGED, UNDETERMINED, reason, remarks
+    if not evidence.held_out:
+        return (
+            CONVERGED,
+            FITS,
+            "one motion explains the data; hold a part of them out to see whether it predicts",
+            remarks,
+        )
+    far = {name: c.holdout.sigma_ratio for name, c in evidence.channels.items() if c.holdout}
+    bad = [f"{name} {ratio:.1f}" for name, ratio in far.items() if ratio > TOO_FAR]
+    if bad:
+        reason = f"held-out readings are off by more than twice what the fit promises ({', '.join(bad)} times)"
+        return CONVERGED, FITS_ONLY, reason + ": look for a missing term of a sensor, or a break", remarks
+    return CONVERGED, PREDICTS, "one motion explains the data and predicts what was held out", remarks
+
+
+def _wrong(evidence: Evidence) -> str | None:
+    """Why the model is not that of the data; None where it may be."""
+    for name, channel in evidence.channels.items():
+        chi2 = channel.chi2_per_reading
+        if chi2 is not None and chi2 > MAX_CHI2_PER_READING:
+            return (
+                f"{name} does not fit: its residuals are {np.sqrt(chi2):.1f} times the stated noise; free more of "
+                f"the satellite or of {name} (bias, turn, scale, stray, delay), or state the noise it deserves"
+            )
+        if channel.fitted.any():
+            lost = 1.0 - float(channel.used[channel.fitted].mean())
+            if lost > MOST_LEFT_OUT and channel.kind not in ("Panels", "Photodiodes", "SunVector", "SunAngles"):
+                return f"{100 * lost:.0f} % of the readings of {name} fit no motion of this model"
+    if evidence.hopeless or evidence.ratio > MAX_CHI2_PER_READING:
+        return "the best minimum found does not explain the data; free more parameters, or state the noise they deserve"
+    return None
+
+
+def _remarks(evidence: Evidence):
+    for name, channel in evidence.channels.items():
+        count = int((~channel.used & channel.fitted).sum())
+        if count:
+            yield f"{count} of {int(channel.fitted.sum())} samples of {name} left out as outliers or in doubtful light"
+        chi2 = channel.chi2_per_reading
+        if chi2 is not None and REMARKABLE_CHI2_PER_READING < chi2 <= MAX_CHI2_PER_READING:
+            yield f"residuals of {name} are {np.sqrt(chi2):.2f} times the stated noise"
+        delay, sigma = channel.delay_s, channel.delay_sigma_s
+        if delay is not None and sigma is not None and abs(delay) > LATE_SIGMAS * sigma:
+            late = "late" if delay > 0 else "early"
+            yield f"stamps of {name} look {abs(delay):.2g} s {late}: give channels.{name}.delay_s a sigma"
+        for each in channel.breaks:
+            yield (
+                f"{name} breaks at {each.t_s:.0f} s: from there on a turn of {each.turn_deg:.1f} deg and a bias of "
+                f"{each.bias:.3g} {channel.unit} explain what is left"
+            )
+    held = [name for name, note in evidence.notes.items() if note == "held by its prior"]
+    if held:
+        yield f"held by their priors, the data say nothing of them: {', '.join(held)}"
+    yield from (f"{name} is {note}" for name, note in evidence.notes.items() if note != "held by its prior")

@@ -1,0 +1,121 @@
+"""What tables of a fit of any satellite say, as text: channels, parameters and what they buy, facts, alternatives."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from fitting.outcome.sensed_result import AMBIGUOUS_VERDICT, FITS, FITS_ONLY, PREDICTS, SensedResult
+from fitting.parameters.names import part_of
+from fitting.report.rows import medians, parameter_rows
+from jaxsat.report import Verdict
+from jaxsat.significant import count_text, spans_text, unit_text, value_text
+from jaxsat.telemetry import RejectedRow
+
+VERDICTS: dict[str, Verdict] = {PREDICTS: "good", FITS: "good", FITS_ONLY: "doubtful", AMBIGUOUS_VERDICT: "doubtful"}
+"""All others are bad."""
+CHANNEL_COLUMNS = ("channel", "fitted", "unit", "rms", "1σ", "held out", "promised", "ratio", "angle")
+CHANNEL_NUMBERS = (1, 3, 4, 5, 6, 7, 8)
+
+
+def verdict_text(result: SensedResult) -> str:
+    """Returns the verdict as the beginning of a sentence."""
+    return f"{result.verdict[0].upper()}{result.verdict[1:]}."
+
+
+def channel_rows(result: SensedResult) -> list[tuple[str, ...]]:
+    """Returns a row a channel with the columns of `CHANNEL_COLUMNS`; the angle is that of the held-out part, if any."""
+    rows = []
+    for name, c in result.channels.items():
+        held, used = c.holdout, c.used & c.fitted
+        angle = c.angle_deg if held is None else held.angle_deg
+        rows.append(
+            (
+                name,
+                f"{int(used.sum())}/{len(c.t_s)}",
+                unit_text(c.unit),
+                "" if c.rms is None else value_text(c.rms, 3),
+                value_text(c.sigma, 3),
+                *(("", "", "") if held is None else _held(held.rms, held.promised_rms, held.sigma_ratio)),
+                "" if angle is None else f"{value_text(angle, 2)}°",
+            )
+        )
+    return rows
+
+
+def _held(rms: float, promised: float, ratio: float) -> tuple[str, str, str]:
+    return value_text(rms, 3), value_text(promised, 3), f"{ratio:.2f}"
+
+
+def worth_rows(result: SensedResult) -> list[tuple[str, str, str, str, str, str]]:
+    """Returns (name, value, sigma, unit, what its part buys, note) of the parameters, the fitted before the fixed.
+
+    What a part buys stands beside its first parameter.
+    """
+    said: set[str] = set()
+    free = {p.name for p in result.parameters if p.free}
+    rows = []
+    for name, value, sigma, unit, note in parameter_rows(result.parameters):
+        part = part_of(name)
+        first = name in free and part not in said and part in result.buys
+        said |= {part} if first else set()
+        rows.append((name, value, sigma, unit, buys_text(result.buys[part]) if first else "", note))
+    return rows
+
+
+def buys_text(rise: float) -> str:
+    """Returns a rise of chi2 as text."""
+    return f"{max(rise, 0.0):.0f}" if rise >= 10.0 or rise < 0.05 else f"{rise:.1f}"
+
+
+def sensed_facts(result: SensedResult) -> list[tuple[str, str]]:
+    """Returns the fit's single numbers as (what, text)."""
+    t, fitted = result.t_s, np.asarray(result.fitted, bool)
+    facts = [
+        ("chi2 / degrees of freedom", f"{result.chi2:.1f} / {result.dof}"),
+        ("times", f"{t.size}, t = {t[0]:g} to {t[-1]:g} s"),
+    ]
+    if not fitted.all():
+        later = t[~fitted]
+        facts.append(("held out", f"{later.size} times, t = {later[0]:g} to {later[-1]:g} s"))
+    if result.illumination is not None:
+        facts.append(("in the Earth's shadow", f"{int((result.illumination <= 0.5).sum())} times"))
+    facts.append(("attitude 1σ about x, y, z", f"{medians(result.attitude_sigma_deg[fitted])} deg (median)"))
+    if not fitted.all():
+        facts.append(("... where it is held out", f"{medians(result.attitude_sigma_deg[~fitted])} deg (median)"))
+    rate = np.degrees(np.linalg.norm(result.angular_velocity_rad_s, axis=1))
+    facts.append(("angular rate", f"{rate.min():.3g} to {rate.max():.3g} deg/s"))
+    facts += [(f"axes of {name}", ", ".join(axes)) for name, axes in result.axes.items()]
+    times = ", ".join(f"{name} {seconds:.1f} s" for name, seconds in result.timing_s.items() if seconds > 0.0)
+    facts.append(("time", times))
+    return facts
+
+
+def alternative_rows(result: SensedResult) -> list[tuple[str, str, str, str]]:
+    """Returns (chi2 above the best, distance of attitude, rate, axes) of the other motions and conventions."""
+    rows = []
+    for other in result.alternatives:
+        axes = "; ".join(f"{name} {', '.join(found)}" for name, found in other.get("axes", {}).items())
+        rate = ", ".join(f"{w:.3g}" for w in other.get("rate_deg_s", ()))
+        rise, distance = other["chi2_above_best"], other["attitude_distance_deg"]
+        rows.append((value_text(rise, 3), f"{value_text(distance, 3)}°", rate, axes))
+    return rows
+
+
+def rejected_rows(rejections: Iterable[RejectedRow]) -> list[tuple[str, str, str, str, str]]:
+    """Returns (reason, count, columns, rows of the file, first example) for each reason, most frequent first."""
+    by_reason: dict[str, list[RejectedRow]] = {}
+    for rejection in rejections:
+        by_reason.setdefault(rejection.reason, []).append(rejection)
+    rows = []
+    for reason, group in sorted(by_reason.items(), key=lambda item: -len(item[1])):
+        columns = ", ".join(dict.fromkeys(r.column or "all" for r in group))
+        rows.append((reason, str(len(group)), columns, spans_text([r.row for r in group]), group[0].detail))
+    return rows
+
+
+def left_out_text(rejections: Iterable[RejectedRow]) -> str:
+    """Returns how much of the table was left out, and why, in a line; empty where nothing was."""
+    rows = rejected_rows(rejections)
+    return "; ".join(
+        f"{count_text(int(count), 'cell or row', 'cells or rows')}: {reason}" for reason, count, *_ in rows
+    )

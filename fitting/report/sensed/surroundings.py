@@ -1,0 +1,61 @@
+"""What the motion of any satellite happens in, for its page and for other programs."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.measurements.sky import Around
+from fitting.outcome.sensed_result import SensedResult
+from fitting.report.orbit_document import FRAME
+from fitting.report.scene import Sky, scene_document, sky_over
+from jaxsat.environment import KeplerOrbit, elements_from_state, sun_directions
+from jaxsat.time import Epoch
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """States at the times of a result, and the sky over its arc."""
+
+    position_m: np.ndarray
+    """[time 3] true equator and equinox of date."""
+    velocity_m_s: np.ndarray
+    sky: Sky
+
+    @staticmethod
+    def of(result: SensedResult, around: Around, epoch: Epoch) -> "Surroundings":
+        """Those of a result."""
+        t = np.asarray(result.t_s, float)
+        position, velocity = (np.asarray(array) for array in states(around.orbit, jnp.asarray(t)))
+        revolution = osculating(position[0], velocity[0], float(t[0]))
+        sky = sky_over(around, revolution, (float(t[0]), float(t[-1])), lambda times: sun_directions(epoch, times))
+        return Surroundings(position, velocity, sky)
+
+    def scene(self, result: SensedResult) -> dict[str, Any] | None:
+        """Content of scene.json; None where there is no motion."""
+        return scene_document(result, self.sky)
+
+    def orbit_document(self, name: str) -> dict[str, Any]:
+        """The key `orbit` of fit.json; SI."""
+        return {
+            "object_name": name or None,
+            "frame": FRAME,
+            "position_eci_m": np.round(self.position_m, 3),
+            "velocity_eci_m_s": np.round(self.velocity_m_s, 6),
+        }
+
+
+@eqx.filter_jit
+def states(orbit, t):
+    """Position and velocity at times."""
+    return jax.vmap(orbit)(t)
+
+
+def osculating(position_m: np.ndarray, velocity_m_s: np.ndarray, t_s: float) -> KeplerOrbit:
+    """Returns the ellipse through a state at `t_s`: an orbit that is tabulated over its arc has no revolution."""
+    ellipse = elements_from_state(jnp.asarray(position_m), jnp.asarray(velocity_m_s))
+    back = ellipse.mean_anomaly - ellipse.mean_motion * t_s
+    return eqx.tree_at(lambda orbit: orbit.mean_anomaly, ellipse, back)

@@ -1,0 +1,68 @@
+"""`jaxsat check`: what is odd about a session's table before any fit."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from jaxsat.errors import InputError
+
+if TYPE_CHECKING:
+    from jaxsat.telemetry.checks import SessionCheck
+
+FILES = ("check.json",)
+
+
+def check(
+    files: Annotated[list[Path], Parameter(help="Table of telemetry, CSV or Parquet; several are joined by time.")],
+    /,
+    *,
+    satellite: Annotated[Path, Parameter(help="Satellite file, TOML; `jaxsat init` drafts one.")],
+    out: Annotated[Path | None, Parameter(help="Directory for check.json. [default: nothing is written]")] = None,
+) -> int:
+    """Say what is odd about telemetry before any fit.
+
+    The size of the field against IGRF, light against the computed shadow,
+    angles between what two sensors see, rates, gaps, spacing and rounding of
+    stamps, columns that nobody uses, rows left out and why.
+
+    Exit status: 0 done, odd or not, 1 bad input, 2 wrong usage.
+
+    Example: jaxsat check pass.csv --satellite sat.toml --out pass-check
+    """
+    from jaxsat.numerics import set_up_jax
+
+    set_up_jax()
+    from jaxsat.cli.shared.terminal import show
+    from jaxsat.files.json_files import plain, write_json
+    from jaxsat.files.staging import staged_directory
+    from jaxsat.satellites import Satellite, read_satellite
+    from jaxsat.telemetry import read_telemetry
+    from jaxsat.telemetry.checks import check_session
+
+    found = read_satellite(satellite)
+    if not isinstance(found, Satellite):
+        raise InputError("has no [sensors]; a table is read by those of its satellite file", file=satellite)
+    checked = check_session(found, read_telemetry(files, found))
+    if out is not None:
+        with staged_directory(out, FILES) as stage:
+            write_json(stage / "check.json", plain(checked.document())[0])
+    show(*summary(checked), *([f"\nresults in {out}"] if out else []))
+    return 0
+
+
+def summary(checked: "SessionCheck") -> list[Any]:
+    """What the terminal shows: a line a finding, what is odd marked, and the count of it."""
+    from rich.text import Text
+
+    from jaxsat.significant import count_text
+
+    session = checked.session
+    head = f"{', '.join(path.name for path in session.paths)}: {count_text(len(session.channels), 'channel')}, "
+    lines = [Text(head + f"epoch {session.epoch.iso(3)} UTC\n", style="bold")]
+    for finding in checked.findings:
+        mark, style = ("ODD ", "bold yellow") if finding.odd else ("    ", "")
+        lines.append(Text.assemble((mark, style), (f"{finding.about}: ", "bold"), finding.text))
+    odd = len(checked.odd)
+    lines.append(Text(f"\n{count_text(odd, 'thing')} to look at" if odd else "\nnothing odd", style="bold"))
+    return lines

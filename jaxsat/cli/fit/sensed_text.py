@@ -1,0 +1,91 @@
+"""What the terminal shows of a fit of any satellite."""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from rich.console import Group, RenderableType
+from rich.padding import Padding
+from rich.table import Table
+from rich.text import Text
+
+from fitting.report.rows import strong_correlations
+from fitting.report.sensed.rows import (
+    CHANNEL_COLUMNS,
+    CHANNEL_NUMBERS,
+    VERDICTS,
+    alternative_rows,
+    channel_rows,
+    left_out_text,
+    sensed_facts,
+    verdict_text,
+    worth_rows,
+)
+from jaxsat.cli.shared.terminal import plain_table
+from jaxsat.significant import count_text
+
+if TYPE_CHECKING:
+    from fitting.outcome.sensed_result import SensedResult
+    from jaxsat.telemetry import RejectedRow
+
+STYLES = {"good": "bold green", "doubtful": "bold yellow", "bad": "bold red"}
+SHOWN_ALTERNATIVES, SHOWN_FIXED, SHOWN_PAIRS = 5, 8, 6
+
+
+def sensed_summary(result: "SensedResult", name: str, rejections: Iterable["RejectedRow"] = ()) -> RenderableType:
+    """Returns verdict, channels, parameters with what they buy, alternatives, facts and remarks; fits 100 columns.
+
+    `rejections` are rows and cells of the table that were not used.
+    """
+    style = STYLES[VERDICTS.get(result.verdict, "bad")]
+    message = f"{result.message[:1].upper()}{result.message[1:]}."
+    parts: list[RenderableType] = [Text.assemble((name, "bold"), ": ", (verdict_text(result), style), " ", message)]
+    channels = plain_table(*CHANNEL_COLUMNS, right=CHANNEL_NUMBERS)
+    # Nine columns stand closer, so that they fit a terminal of 80.
+    channels.padding = (0, 1, 0, 0)
+    for row in channel_rows(result):
+        channels.add_row(*row)
+    parts.append(channels)
+    parts += _parameters(result)
+    parts += _alternatives(result)
+    facts = Table.grid(padding=(0, 2))
+    for what, text in [*sensed_facts(result), *_left_out(rejections)]:
+        facts.add_row(Text(what, style="dim"), text)
+    parts.append(facts)
+    strong = strong_correlations({a: dict(row) for a, row in result.correlations.items()})
+    if strong:
+        pairs = ", ".join(f"{a} and {b} {value:+.3f}" for a, b, value in strong[:SHOWN_PAIRS])
+        more = f" and {count_text(len(strong) - SHOWN_PAIRS, 'pair')} more" if len(strong) > SHOWN_PAIRS else ""
+        parts.append(Padding(Text(f"strongly correlated: {pairs}{more}"), (1, 0, 0, 0)))
+    parts += [Text.assemble(("- ", "yellow"), f"{remark[:1].upper()}{remark[1:]}.") for remark in result.remarks]
+    return Group(*parts)
+
+
+def _parameters(result: "SensedResult") -> Iterable[RenderableType]:
+    free = {p.name for p in result.parameters if p.free}
+    rows = worth_rows(result)
+    if free:
+        table = plain_table("parameter", "value", "1σ", "unit", "buys chi2", "note", right=(1, 4))
+        for name, value, sigma, unit, buys, note in rows:
+            if name in free:
+                table.add_row(name, value, f"± {sigma}" if sigma else "", unit, buys, note)
+        yield table
+    fixed = [f"{name} {value} {unit}".strip() for name, value, _, unit, _, _ in rows if name not in free]
+    if fixed:
+        more = f", and {len(fixed) - SHOWN_FIXED} more in fit.json" if len(fixed) > SHOWN_FIXED else ""
+        yield Padding(Text(f"fixed: {', '.join(fixed[:SHOWN_FIXED])}{more}", style="dim"), (0, 0, 1, 0))
+
+
+def _alternatives(result: "SensedResult") -> Iterable[RenderableType]:
+    rows = alternative_rows(result)
+    if rows:
+        table = plain_table("other motions: chi2 above", "attitude differs by", "rate, deg/s", "axes", right=(0, 1))
+        for row in rows[:SHOWN_ALTERNATIVES]:
+            table.add_row(*row)
+        yield table
+        if len(rows) > SHOWN_ALTERNATIVES:
+            yield Text(f"and {len(rows) - SHOWN_ALTERNATIVES} more in fit.json\n", style="dim")
+
+
+def _left_out(rejections: Iterable["RejectedRow"]) -> list[tuple[str, str]]:
+    text = left_out_text(rejections)
+    return [("left out before the fit", text)] if text else []

@@ -1,0 +1,1 @@
+"""The tables of a satellite file, each with its limits; units are those of the file."""

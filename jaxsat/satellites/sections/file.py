@@ -1,0 +1,140 @@
+"""The whole of a satellite file, checked: every wrong key is told at once."""
+
+import difflib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field, create_model
+
+from jaxsat.errors import InputError
+from jaxsat.files.toml_files import validated, wrong_keys
+from jaxsat.files.units import parsed_unit
+from jaxsat.satellites.kinds import KINDS
+from jaxsat.satellites.kinds.common import SensorKeys
+from jaxsat.satellites.kinds.own import own_class, own_keys
+from jaxsat.satellites.sections.parts import (
+    Body,
+    Coil,
+    Eddy,
+    Magnet,
+    Reflectivity,
+    Residual,
+    Rod,
+    Surface,
+    Wheel,
+)
+from jaxsat.satellites.sections.session import (
+    ChannelSettings,
+    MotionSettings,
+    OrbitSettings,
+    RowSettings,
+    TimeSettings,
+)
+from jaxsat.setting_types import Section
+
+Many = Field(strict=False)
+
+
+class SatelliteFile(Section):
+    """Tables of a satellite file; those of `sensors` are made for each file from the kinds that stand there."""
+
+    name: str | None = None
+    body: Body
+    magnet: Magnet = Magnet()
+    rods: Annotated[tuple[Rod, ...], Many] = ()
+    coils: Annotated[tuple[Coil, ...], Many] = ()
+    wheels: Annotated[tuple[Wheel, ...], Many] = ()
+    residual: Residual | None = None
+    eddy: Eddy | None = None
+    surface: Surface | None = None
+    albedo: Reflectivity = Reflectivity()
+    orbit: OrbitSettings
+    motion: MotionSettings = MotionSettings()
+    time: TimeSettings
+    rows: RowSettings = RowSettings()
+    sensors: Any = Field(default_factory=dict)
+    channels: dict[str, ChannelSettings] = Field(default_factory=dict)
+    aliases: dict[str, Annotated[tuple[str, ...], Many]] = Field(default_factory=dict)
+
+    def sensor_keys(self) -> dict[str, SensorKeys]:
+        """Sections of the sensors by name."""
+        return dict(self.sensors)
+
+
+def checked(data: Mapping[str, Any], path: Path) -> SatelliteFile:
+    """Returns the tables of a file; raises `InputError` with every wrong key."""
+    tables = data.get("sensors", {})
+    if not isinstance(tables, dict):
+        raise InputError("expected tables [sensors.NAME]", file=path, field="sensors")
+    kinds, wrong = {}, []
+    for name, table in tables.items():
+        try:
+            kinds[name] = (_keys_of(table, path.parent), ...)
+        except ValueError as error:
+            wrong.append((f"sensors.{name}.kind", str(error)))
+    sensors = create_model("Sensors", __base__=Section, **kinds)
+    # What a sensor of no known kind says cannot be checked; all the rest is.
+    known = {name: table for name, table in tables.items() if name in kinds}
+    model = create_model("SatelliteTables", __base__=SatelliteFile, sensors=(sensors, ...))
+    tables_known = {**data, "sensors": known}
+    wrong += wrong_keys(model, tables_known)
+    if wrong:
+        raise_all(wrong, path)
+    found = validated(model, tables_known, path)
+    wrong = _contradictions(found, set(tables))
+    if wrong:
+        raise_all(wrong, path)
+    return found
+
+
+def _keys_of(table: Any, folder: Path) -> type[SensorKeys]:
+    kind = table.get("kind") if isinstance(table, dict) else None
+    if not isinstance(kind, str):
+        raise ValueError(f'expected kind = one of {", ".join(KINDS)}, or "module:Class"')
+    if ":" in kind:
+        return own_keys(own_class(kind, folder))
+    if kind not in KINDS:
+        raise ValueError(f"unknown kind {kind!r}" + suggestion(kind, KINDS) + ', or "module:Class" of your own')
+    return KINDS[kind]
+
+
+def _contradictions(found: SatelliteFile, names: set[str]) -> list[tuple[str, str]]:
+    """What each table allows and the file as a whole does not, as path and reason."""
+    wrong = []
+    sensors = found.sensor_keys()
+    for name in sensors:
+        if name not in found.channels:
+            wrong.append((f"sensors.{name}", f"has no [channels.{name}], which tells its columns"))
+        if "." in name or not name:
+            wrong.append((f"sensors.{name}", "a name of a sensor has no dot"))
+    for name, channel in found.channels.items():
+        if name not in names:
+            wrong.append((f"channels.{name}", "belongs to no sensor" + suggestion(name, names)))
+        elif name in sensors:
+            wrong += [(f"channels.{name}.{key}", reason) for key, reason in _misfits(sensors[name], channel)]
+    return wrong
+
+
+def _misfits(sensor: SensorKeys, channel: ChannelSettings) -> list[tuple[str, str]]:
+    wrong = []
+    if sensor.columns is not None and len(channel.columns) != sensor.columns:
+        wrong.append(("columns", f"expected {sensor.columns} for a {sensor.kind}, found {len(channel.columns)}"))
+    wanted, unit = sensor.reading_unit(), parsed_unit(channel.unit)
+    if wanted is not None and unit.quantity != wanted:
+        hint = "; say what one count is, as in '12.5 nT'" if unit.quantity == "1" and wanted != "1" else ""
+        wrong.append(("unit", f"expected a unit of {wanted} for a {sensor.kind}, found {channel.unit!r}{hint}"))
+    return wrong
+
+
+def suggestion(word: str, known: Any) -> str:
+    """ "; did you mean ...?" or what there is."""
+    close = difflib.get_close_matches(word, list(known), n=1)
+    return f"; did you mean {close[0]!r}?" if close else f"; expected one of {', '.join(known)}"
+
+
+def raise_all(wrong: list[tuple[str, str]], path: Path) -> None:
+    """One error that tells all."""
+    (field, reason), *others = wrong
+    tail = "".join(f"; {place}: {why}" for place, why in others)
+    raise InputError(reason + tail, file=path, field=field)

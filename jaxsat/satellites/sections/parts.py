@@ -1,0 +1,171 @@
+"""Parts of a satellite in its file: body, magnet, rods, coils, wheels, surface, and the torques without a part."""
+
+from typing import Annotated
+
+import numpy as np
+from pydantic import AfterValidator, Field, model_validator
+
+from jaxsat.satellites.sections.fitted import (
+    Direction,
+    PositiveScalar,
+    Scalar,
+    Tensor,
+    Triple,
+    UnitText,
+    plain,
+)
+from jaxsat.setting_types import NonNegative, Positive, Section, Vector
+
+
+def _edges(size: tuple[float, float, float]) -> tuple[float, float, float]:
+    if min(size) <= 0.0:
+        raise ValueError("expected three edges above zero")
+    return size
+
+
+Size = Annotated[Vector, AfterValidator(_edges)]
+
+
+def check_inertia(tensor: np.ndarray) -> None:
+    """ValueError unless some body has this inertia tensor [3 3]."""
+    if not np.allclose(tensor, tensor.T, rtol=1e-9, atol=0.0):
+        raise ValueError("inertia tensor is not symmetric")
+    low, middle, high = np.linalg.eigvalsh(tensor).tolist()
+    if not low > 0.0:
+        raise ValueError(f"inertia tensor is not positive definite: its smallest principal moment is {low:.6g} kg m2")
+    if high > (low + middle) * (1.0 + 1e-9):
+        raise ValueError(
+            f"no body has these principal moments: {high:.6g} exceeds the sum of {low:.6g} and {middle:.6g} kg m2"
+        )
+
+
+class Body(Section):
+    """Mass properties."""
+
+    mass_kg: Positive | None = None
+    size_m: Size | None = None
+    """Edges along the body axes."""
+    inertia_kg_m2: Tensor | None = None
+    """About the centre of mass; left out: that of a uniform box of this mass and size."""
+
+    @model_validator(mode="after")
+    def _of_a_body(self):
+        if self.inertia_kg_m2 is None and (self.mass_kg is None or self.size_m is None):
+            raise ValueError("give inertia_kg_m2, or mass_kg and size_m from which it follows")
+        check_inertia(self.inertia())
+        return self
+
+    def inertia(self) -> np.ndarray:
+        """[3 3] kg m2."""
+        if self.inertia_kg_m2 is not None:
+            given = np.asarray(self.inertia_kg_m2.value)
+            return np.diag(given) if given.ndim == 1 else given
+        squares = np.square(np.asarray(self.size_m))
+        return np.diag((self.mass_kg or 0.0) / 12.0 * (squares.sum() - squares))
+
+
+class Magnet(Section):
+    """Permanent dipole."""
+
+    dipole_A_m2: Triple = plain((0.0, 0.0, 0.0))
+
+
+class Rod(Section):
+    """A rod of soft magnetic material: linear by `moment`, with hysteresis by the others."""
+
+    axis: Direction
+    moment: Scalar | None = None
+    """In `reference_field_T` along it [A m2]."""
+    reference_field_T: Positive = 3.0e-5
+    Hc: PositiveScalar | None = None
+    """Coercive field [A/m]."""
+    Br: PositiveScalar | None = None
+    """Remanence [T]."""
+    Bs: PositiveScalar | None = None
+    """Saturation [T]."""
+    volume: PositiveScalar | None = None
+    """[m3]"""
+
+    @model_validator(mode="after")
+    def _one_law(self):
+        loop = {name: getattr(self, name) for name in ("Hc", "Br", "Bs", "volume")}
+        given = [name for name, value in loop.items() if value is not None]
+        if self.moment is not None and given:
+            raise ValueError(f"moment is that of a linear rod, {', '.join(given)} of one with hysteresis: give either")
+        if self.moment is None and len(given) < 4:
+            missing = [name for name in loop if name not in given]
+            raise ValueError(
+                f"give moment for a linear rod, or all of Hc, Br, Bs, volume: {', '.join(missing)} missing"
+            )
+        if self.Br is not None and self.Bs is not None and not self.Br.value < self.Bs.value:
+            raise ValueError(f"expected Br < Bs, found {self.Br.value:g} and {self.Bs.value:g} T")
+        return self
+
+
+class Coil(Section):
+    """A coil without core whose current a column tells; it holds its command until the next row."""
+
+    axis: Direction
+    area_turns_m2: Scalar
+    column: str
+    unit: UnitText = "A"
+    """Of the column."""
+
+
+class Wheel(Section):
+    """A wheel whose rate a column tells."""
+
+    axis: Direction
+    inertia: Scalar
+    """About its axis [kg m2]."""
+    column: str
+    unit: UnitText = "rad/s"
+    """Of the column."""
+
+
+class Residual(Section):
+    """A constant torque in body axes [N m]."""
+
+    torque: Triple = plain((0.0, 0.0, 0.0))
+
+
+class Eddy(Section):
+    """Damping by eddy currents [S m4], that is A m2 s/T."""
+
+    coefficient: Scalar = plain(0.0)
+
+
+class Facet(Section):
+    """A flat piece of the surface."""
+
+    area_m2: Positive
+    center_m: Vector
+    normal: Direction
+    specular: NonNegative = 0.0
+    diffuse: NonNegative = 0.0
+
+
+class Surface(Section):
+    """Outer surface, for drag and the pressure of sunlight: facets, or the box of `size_m` (that of the body)."""
+
+    facets: Annotated[tuple[Facet, ...], Field(strict=False)] | None = None
+    size_m: Size | None = None
+    center_of_mass_m: Vector = (0.0, 0.0, 0.0)
+    """From the middle of the box."""
+    specular: Scalar = plain(0.0)
+    diffuse: Scalar = plain(0.0)
+    """Of the box's faces."""
+    drag_coefficient: PositiveScalar = plain(2.2)
+
+    @model_validator(mode="after")
+    def _one(self):
+        if self.facets is not None and self.size_m is not None:
+            raise ValueError("facets and size_m say the same: give one of them")
+        return self
+
+
+class Reflectivity(Section):
+    """Reflectivity of the Earth, mirror-like and diffuse."""
+
+    specular: Scalar = plain(0.0)
+    diffuse: Scalar = plain(0.3)

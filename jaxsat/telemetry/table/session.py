@@ -1,0 +1,84 @@
+"""What a table of telemetry gives: channels on their own times, further columns, and what was left out."""
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from jaxsat.time import Epoch
+
+
+@dataclass(frozen=True)
+class RejectedRow:
+    """A row, or one column of it, that is not used."""
+
+    path: Path
+    row: int
+    """Line of a CSV file, from 1 with the header; number of a Parquet file's row, from 1."""
+    column: str
+    """Empty where it is the whole row."""
+    reason: str
+    """To be counted."""
+    detail: str
+    """What was found."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Readings of one sensor, in order of time."""
+
+    name: str
+    t_s: np.ndarray
+    """[n] stamps after the session's epoch, strictly increasing."""
+    values: np.ndarray
+    """[n columns] SI; NaN = not measured. Each row has at least one number."""
+    sigma: float
+    """1-sigma of a number with its rounding, SI."""
+    unit: str
+    """As the table has it."""
+    to_unit: float
+    """From SI to that unit."""
+    quantum: float | None
+    """Step of the digits, SI."""
+    columns: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class TableSession:
+    """One session of any satellite, read from one or several tables."""
+
+    paths: tuple[Path, ...]
+    sha256: tuple[str, ...]
+    """Of the files' bytes."""
+    epoch: Epoch
+    """Instant of the first used row."""
+    channels: Mapping[str, Channel]
+    columns: Mapping[str, tuple[np.ndarray, np.ndarray]]
+    """Commands and measured currents by column: times [s] and values, SI."""
+    rejections: tuple[RejectedRow, ...]
+    remarks: tuple[str, ...]
+    """What is odd about the stamps, in words."""
+    motion: tuple[np.ndarray, np.ndarray] | None = None
+    """Times [s] and quaternions [n 4], inertial from body, scalar first, where the table tells the motion."""
+    positions: tuple[np.ndarray, np.ndarray] | None = None
+    """Times [s] and positions [n 3], true equator and equinox of date [m], where the table tells them."""
+    unused: tuple[str, ...] = ()
+    """Columns of the tables that the satellite file does not name."""
+
+    @property
+    def name(self) -> str:
+        """Name of the first file without its ending."""
+        return self.paths[0].stem
+
+    @property
+    def span_s(self) -> tuple[float, float]:
+        """First and last stamp of all channels."""
+        ends = [channel.t_s[[0, -1]] for channel in self.channels.values() if channel.t_s.size]
+        return float(min(first for first, _ in ends)), float(max(last for _, last in ends))
+
+    @property
+    def rejected_by_reason(self) -> dict[str, int]:
+        """Number of rejections of each reason, most frequent first."""
+        return dict(Counter(rejection.reason for rejection in self.rejections).most_common())

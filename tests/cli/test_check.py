@@ -1,0 +1,213 @@
+"""`jaxsat check`: what it finds in tables made by hand with one thing wrong at a time, and what it refuses."""
+
+import json
+import re
+
+import numpy as np
+import ppigrf
+import pytest
+from scipy.spatial.transform import Rotation
+from sgp4.api import Satrec
+
+from jaxsat.cli.main import run
+from jaxsat.time import Epoch, equinox_difference, greenwich_angle
+
+TLE = (
+    "1 99001U 21001A   20326.72226509  .00001924  00000-0  13588-3 0  9993",
+    "2 99001  82.1924 107.1117 0028351 295.3535 124.0543 15.40668907    12",
+)
+EPOCH = Epoch.from_iso("2020-11-21T20:58:01Z")
+SATELLITE = f"""
+[body]
+inertia_kg_m2 = [1e-3, 1e-3, 1e-3]
+[orbit]
+tle = ["{TLE[0]}", "{TLE[1]}"]
+[time]
+column = "utc"
+[sensors.mag]
+kind = "magnetometer"
+[channels.mag]
+columns = ["bx", "by", "bz"]
+unit = "nT"
+sigma = 100
+"""
+SUN = """
+[sensors.sv]
+kind = "sun_vector"
+[channels.sv]
+columns = ["sx", "sy", "sz"]
+unit = "1"
+sigma = 0.01
+"""
+T = np.arange(0.0, 5400.0, 20.0)
+
+
+def surroundings():
+    """Field [nT], and unit vectors to the Sun (to 0.01 deg), of date; by ppigrf and the almanac's formula."""
+    satellite = Satrec.twoline2rv(*TLE)
+    field = []
+    for t in T:
+        _, position, _ = satellite.sgp4(EPOCH.utc1, EPOCH.utc2 + t / 86400.0)
+        now = EPOCH.shifted(float(t))
+        x, y, z = Rotation.from_rotvec([0, 0, equinox_difference(now) - greenwich_angle(now)]).apply(position)
+        r, theta, phi = np.hypot(np.hypot(x, y), z), np.arctan2(np.hypot(x, y), z), np.arctan2(y, x)
+        date = np.datetime64("2020-11-21T20:58:01").astype(object)
+        br, bt, bp = (float(np.squeeze(each)) for each in ppigrf.igrf_gc(r, np.degrees(theta), np.degrees(phi), date))
+        c, s = np.cos(theta), np.sin(theta)
+        ecef = Rotation.from_rotvec([0, 0, phi]).apply([br * s + bt * c, bp, br * c - bt * s])
+        field.append(Rotation.from_rotvec([0, 0, greenwich_angle(now)]).apply(ecef))
+    days = EPOCH.utc1 + EPOCH.utc2 - 2451545.0
+    anomaly = np.radians(357.528 + 0.9856003 * days)
+    longitude = np.radians(280.461 + 0.9856474 * days + 1.915 * np.sin(anomaly) + 0.02 * np.sin(2 * anomaly))
+    obliquity = np.radians(23.439)
+    sun = np.array([np.cos(longitude), np.cos(obliquity) * np.sin(longitude), np.sin(obliquity) * np.sin(longitude)])
+    return np.array(field), np.tile(sun, (T.size, 1))
+
+
+FIELD, SUN_ECI = surroundings()
+BODY = Rotation.from_rotvec(T[:, None] * np.radians([0.3, 0.4, -0.2]))
+RNG = np.random.default_rng(1)
+MEASURED = BODY.inv().apply(FIELD) + RNG.normal(scale=100.0, size=FIELD.shape)
+SUN_SEEN = BODY.inv().apply(SUN_ECI) + RNG.normal(scale=0.01, size=FIELD.shape)
+
+
+@pytest.fixture(autouse=True)
+def in_an_empty_directory(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("jaxsat.numerics.set_up_jax", lambda: None)
+
+
+@pytest.fixture
+def odd(tmp_path):
+    """What is odd about columns, by `check.json`."""
+
+    def check(columns: dict[str, np.ndarray], satellite: str = SATELLITE, t: np.ndarray = T) -> list[str]:
+        stamps = [f"{each}Z" for each in EPOCH.iso_texts(t)]
+        rows = zip(stamps, *(map(repr, map(float, values)) for values in columns.values()), strict=True)
+        text = ",".join(["utc", *columns]) + "\n" + "".join(",".join(row) + "\n" for row in rows)
+        (tmp_path / "pass.csv").write_text(text)
+        (tmp_path / "sat.toml").write_text(satellite)
+        assert run(["check", "pass.csv", "--satellite", "sat.toml", "--out", "out"]) == 0
+        document = json.loads((tmp_path / "out" / "check.json").read_text())
+        assert document["schema"] == "jaxsat.check/1" and document["readings"]["mag"] == len(t)
+        return document["odd"]
+
+    return check
+
+
+def mag(values=MEASURED):
+    return dict(zip(["bx", "by", "bz"], values.T, strict=True))
+
+
+def test_nothing_is_odd_about_a_good_table(odd, capsys):
+    assert odd(mag()) == []
+    printed = capsys.readouterr().out
+    assert "nothing odd" in printed and "results in out" in printed
+    ratio = re.search(r"\|B\| over that of IGRF ([0-9.]+) in the middle", printed)
+    assert ratio and abs(float(ratio[1]) - 1.0) < 0.005
+
+
+@pytest.mark.parametrize(
+    ("columns", "satellite", "said"),
+    [
+        (mag(1e-3 * MEASURED), SATELLITE, "mag: .*is the unit 'nT' right\\?; as uT it would fit"),
+        (mag(MEASURED + [0, 0, 30e3]), SATELLITE, "mag: .*not the field alone: a bias"),
+        (
+            mag(np.where(T[:, None] == 400, -99999.0, MEASURED)),
+            SATELLITE,
+            "mag: 1 reading far from the field.*t = 400 s",
+        ),
+        (mag(np.roll(MEASURED, 15, axis=0)[15:]), SATELLITE, "mag: .*fits IGRF better 300 s earlier"),
+        (mag(MEASURED * [1, 0, 1] + [0, 7, 0]), SATELLITE, "mag: column by is 7 nT in all rows"),
+    ],
+)
+def test_one_thing_wrong_with_the_field(odd, columns, satellite, said):
+    t = T[-len(columns["bx"]) :]
+    found = odd(columns, satellite, t)
+    assert any(re.match(said, each) for each in found), found
+
+
+def sun(values=SUN_SEEN):
+    return dict(zip(["sx", "sy", "sz"], values.T, strict=True))
+
+
+def test_the_angle_between_field_and_sun(odd, capsys):
+    # The Sun is seen in the shadow too, which a sensor of the Sun cannot do.
+    (only,) = odd(mag() | sun(), SATELLITE + SUN)
+    assert re.match(r"sv: (\d+) of \1 readings in the computed shadow see light", only)
+    assert "angle between field (mag) and Sun (sv) is off by 0." in " ".join(capsys.readouterr().out.split())
+    found = odd(mag() | sun(SUN_SEEN * [1, 1, -1]), SATELLITE + SUN)
+    assert any(re.match("mag, sv: .*: axes, a sign", each) for each in found)
+
+
+def test_stamps(odd, capsys):
+    t = 2.0 * np.arange(T.size) + np.arange(T.size) % 2
+    said = "mag: stamps are multiples of 1 s and unevenly spaced: rounded? Then time.resolution_s = 1"
+    assert said in odd(mag(), t=t)
+    assert said not in odd(mag(), SATELLITE.replace("[time]", "[time]\nresolution_s = 1.0"), t=t)
+    gap = T > 2000.0
+    found = odd(mag(), t=T + 3000.0 * gap)
+    assert any("1 gap of more than 5 times that, up to 3020 s, after t = 2000 s" in each for each in found)
+
+
+def test_a_gyro_in_another_unit_and_a_spin_too_fast_for_the_spacing(odd):
+    gyro = '[sensors.gyro]\nkind = "gyro"\n[channels.gyro]\ncolumns = ["gx", "gy", "gz"]\nunit = "rad/s"\nsigma = 0.1\n'
+    rates = dict(zip(["gx", "gy", "gz"], np.tile([0.3, 10.0, 0.1], (T.size, 1)).T, strict=True))
+    found = odd(mag() | rates, SATELLITE + gyro)
+    assert any(re.match("gyro: rates of 573 deg/s .*is the unit 'rad/s' right", each) for each in found)
+    assert any(re.match("mag: the satellite turns by 1.*deg between readings", each) for each in found)
+
+
+def test_cells_against_the_shadow(odd):
+    cells = (
+        '[sensors.cells]\nkind = "panels"\nnormals = ["+x", "-x"]\nimax = 500\n[channels.cells]\n'
+        'columns = ["i1", "i2"]\nunit = "mA"\nsigma = 5\n'
+    )
+    always = {"i1": 300.0 + 0.1 * np.arange(T.size), "i2": np.where(T == 600, -400.0, 0.01 * T)}
+    found = odd(mag() | always, SATELLITE + cells)
+    assert any(re.match(r"cells: \d+ of \d+ readings in the computed shadow see light: t = ", each) for each in found)
+    assert any(re.match(r"cells: 1 reading below zero .*t = 600 s", each) for each in found)
+
+
+def test_old_elements_unused_columns_and_rows_left_out(odd, capsys):
+    old = SATELLITE.replace(TLE[0], TLE[0].replace("20326", "20320")[:68] + "7") + '[rows]\nkeep = ["abs(bx) < 1e9"]\n'
+    columns = mag() | {"battery": np.ones(T.size)}
+    found = odd(columns, old)
+    assert any(
+        re.match("orbit: element set of satellite 99001, 6.2 days old: a second or more", each) for each in found
+    )
+    assert "columns that the satellite file does not name: battery" in capsys.readouterr().out
+
+
+def test_rows_that_are_left_out_are_listed(tmp_path, capsys):
+    (tmp_path / "sat.toml").write_text(SATELLITE + '[rows]\nkeep = ["bx < 9"]\n')
+    rows = "".join(f"2020-11-21T20:58:{k:02d}Z,{k},2,30000\n" for k in range(12))
+    (tmp_path / "pass.csv").write_text("utc,bx,by,bz\n" + rows)
+    assert run(["check", "pass.csv", "--satellite", "sat.toml"]) == 0
+    assert "3 rows left out, not bx < 9: 11-13" in capsys.readouterr().out
+    assert not (tmp_path / "check").exists()
+
+
+@pytest.mark.parametrize(
+    ("satellite", "table", "said"),
+    [
+        ("[spacecraft]\nimax_mA = 230.0\n", "utc\n", "sat.toml: has no [sensors]; a table is read by those"),
+        (SATELLITE.replace("bx", "b1"), "utc,bx,by,bz\n2020-11-21T20:58:01Z,1,2,3\n", "pass.csv: b1: no such column"),
+        (
+            SATELLITE.replace("[sensors.mag]", "[sensor.mag]"),
+            "",
+            "sat.toml: sensor: unknown key; did you mean 'sensors'?",
+        ),
+        (SATELLITE, "utc,bx,by,bz\n2020-11-21T20:58:01Z,x,2,3\n", "pass.csv:2: bx: expected a plain finite decimal"),
+    ],
+)
+def test_bad_input_is_one_line(tmp_path, capsys, satellite, table, said):
+    (tmp_path / "sat.toml").write_text(satellite)
+    (tmp_path / "pass.csv").write_text(table)
+    assert run(["check", "pass.csv", "--satellite", "sat.toml", "--out", "out"]) == 1
+    captured = capsys.readouterr()
+    assert said in captured.err and captured.err.count("\n") == 1 and not (tmp_path / "out").exists()
+
+
+def test_wrong_usage(capsys):
+    assert run(["check", "pass.csv"]) == 2 and run(["check", "--satellite", "x.toml"]) == 2
