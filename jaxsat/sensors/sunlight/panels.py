@@ -69,6 +69,7 @@ class Panels(AbstractSensor):
             readings / full,
             sigma / np.abs(full),
             lambda sun: np.maximum(sun @ normals.T, 0.0),
+            normals,
             earthlight=self.earthlight,
             dimming=DIMMING,
         )

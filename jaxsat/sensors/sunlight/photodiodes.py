@@ -69,12 +69,11 @@ class Photodiodes(AbstractSensor):
         self, readings: Float[np.ndarray, "n cells"], sigma: float
     ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
         """Directions of the Sun, NaN in the dark; the Earth's light is part of the error (`sun_of_cells`)."""
-        gain = np.asarray(self.gain, float)
-        return sun_of_cells(readings / gain, sigma / np.abs(gain), self._cells_on_host(), earthlight=self.earthlight)
+        gain, normals = np.asarray(self.gain, float), np.asarray(self.normals, float)
+        cells = self._cells_on_host(normals)
+        return sun_of_cells(readings / gain, sigma / np.abs(gain), cells, normals, earthlight=self.earthlight)
 
-    def _cells_on_host(self) -> Cells:
-        normals = np.asarray(self.normals, float)
-
+    def _cells_on_host(self, normals: np.ndarray) -> Cells:
         def angle(sun):
             return np.arccos(np.clip(sun @ normals.T, -1.0, 1.0))
 

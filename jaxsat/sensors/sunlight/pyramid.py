@@ -10,7 +10,7 @@ from jaxsat.math import float_array
 from jaxsat.sensors.abstract import AbstractSensor, Sight
 from jaxsat.sensors.mounting import BODY_AXES, NO_TURN, body_from_sensor, columns_of, in_sensor
 from jaxsat.sensors.sun_sensor import PyramidSunSensor, face_currents
-from jaxsat.sensors.sunlight.sun_of_cells import sun_of_cells
+from jaxsat.sensors.sunlight.sun_of_cells import Cells, sun_of_cells
 from jaxsat.sensors.view import View
 
 
@@ -35,14 +35,15 @@ class PyramidSensor(AbstractSensor):
     ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
         """Directions of the Sun, NaN where it is not seen (`sun_of_cells`)."""
         full = float(self.instrument.max_current)
-        cells = _cells(self.instrument)
-        sun, angles = sun_of_cells(readings / full, np.full(4, sigma / full), cells, earthlight=False)
+        normals = np.asarray(self.instrument.normals(), float)
+        cells = _cells(self.instrument, normals)
+        sun, angles = sun_of_cells(readings / full, np.full(4, sigma / full), cells, normals, earthlight=False)
         return sun @ np.asarray(self.axes, float) @ body_from_sensor(self.turn).T, angles
 
 
-def _cells(instrument: PyramidSunSensor):
+def _cells(instrument: PyramidSunSensor, normals: np.ndarray) -> Cells:
     """`face_currents` over the largest one, on the host."""
-    normals, distance = np.asarray(instrument.normals(), float), float(instrument.hood_distance())
+    distance = float(instrument.hood_distance())
     face, cutoff, hood = (float(x) for x in (instrument.face_angle, instrument.cutoff_angle, instrument.hood_angle))
 
     def cells(sun):

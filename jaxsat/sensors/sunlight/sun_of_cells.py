@@ -16,9 +16,9 @@ EARTHLIGHT_FLOOR = np.radians(10.0)
 """No direction of cells that see the Earth is better known than this [rad]."""
 WIDEST = np.radians(45.0)
 """A direction known worse than this is none [rad]."""
-ANSWERS, ELSEWHERE = 3, 0.3
+ANSWERS, ELSEWHERE = 6, 0.15
 """So many of the best directions are refined, each farther than this from the others [rad]."""
-BLOCK, STEPS = 128, 12
+BLOCK, STEPS = 128, 16
 
 Cells = Callable[[Float[np.ndarray, "... 3"]], Float[np.ndarray, "... cells"]]
 """Readings over full ones for unit vectors to the Sun, body axes; without noise and earthlight."""
@@ -28,15 +28,16 @@ def sun_of_cells(
     relative: Float[np.ndarray, "n cells"],
     sigma: Float[np.ndarray, " cells"],
     cells: Cells,
+    looks: Float[np.ndarray, "cells 3"],
     *,
     earthlight: bool,
     dimming: float = 0.0,
 ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
     """Unit vectors to the Sun and their 1-sigma angles [rad] from readings over full ones, with errors `sigma`.
 
-    NaN cells are left out. `dimming` is the 1-sigma of how much less than the Sun's light all cells show alike, as
-    panels do while the battery is full. NaN where the cells see no Sun, where what they see suits no direction, and
-    where it leaves more than `WIDEST` open.
+    NaN cells are left out; `looks` are the directions in which the cells look. `dimming` is the 1-sigma of how much
+    less than the Sun's light all cells show alike, as panels do while the battery is full. NaN where the cells see no
+    Sun, where what they see suits no direction, and where it leaves more than `WIDEST` open.
     """
     sky, error = fibonacci_sphere(PLACES), np.hypot(sigma, EARTHLIGHT if earthlight else 0.0)
     found, angles = np.full((len(relative), 3), np.nan), np.full(len(relative), np.nan)
@@ -45,7 +46,7 @@ def sun_of_cells(
     lit = np.flatnonzero((np.where(known, relative, 0.0) > least).any(axis=1) & (known.sum(axis=1) >= 2))
     # By blocks, which stay in the cache.
     for rows in np.split(lit, range(BLOCK, len(lit), BLOCK)):
-        search = _Search(np.where(known[rows], relative[rows], 0.0), known[rows], error, cells, dimming)
+        search = _Search(np.where(known[rows], relative[rows], 0.0), known[rows], error, cells, looks, dimming)
         found[rows], angles[rows] = search.result(sky)
     angles = np.where(angles < WIDEST, np.maximum(angles, EARTHLIGHT_FLOOR if earthlight else 0.0), np.nan)
     return np.where(np.isfinite(angles)[:, None], found, np.nan), angles
@@ -60,27 +61,44 @@ def fibonacci_sphere(count: int) -> Float[np.ndarray, "count 3"]:
 
 
 class _Search:
-    def __init__(self, read, known, error, cells: Cells, dimming: float):
-        self.read, self.known, self.error, self.cells, self.dimming = read, known, error, cells, dimming
+    def __init__(self, read, known, error, cells: Cells, looks, dimming: float):
+        self.read, self.known, self.error, self.dimming = read, known, error, dimming
+        self.cells, self.looks = cells, looks
 
     def result(self, sky):
         """Best directions [n 3] and their angles [n], NaN where nothing fits."""
         cost, share = self._over(sky)
-        answers, free = [], cost
+        starts, left = [], cost
         for _ in range(ANSWERS):
-            first = np.argmin(free, axis=1)
-            answers.append(self._refined(sky[first], np.take_along_axis(share, first[:, None], axis=1)[:, 0]))
-            free = np.where(sky[first] @ sky.T > np.cos(ELSEWHERE), np.inf, free)
-        places, chi_squares, slopes = (np.stack(each, axis=1) for each in zip(*answers, strict=True))
-        take, rows = np.argmin(chi_squares, axis=1), np.arange(len(cost))
-        best, least, own = places[rows, take], chi_squares[rows, take], slopes[rows, take]
-        over_sky = _spread(best, np.broadcast_to(sky, (len(best), *sky.shape)), cost, beyond=0.0)
+            starts.append(np.argmin(left, axis=1))
+            left = np.where(sky[starts[-1]] @ sky.T > np.cos(ELSEWHERE), np.inf, left)
+        start, rows = np.stack(starts, axis=1), np.arange(len(cost))
+        answers = self._each(sky[start], np.take_along_axis(share, start, axis=1))
+        best, _, _ = _first(answers)
+        other = self._each(self._mirrored(best)[:, None], np.ones((len(rows), 1)))
+        places, chi_squares, slopes = (np.concatenate(pair, axis=1) for pair in zip(answers, other, strict=True))
+        best, least, own = _first((places, chi_squares, slopes))
         # Square on a cell its cosine is flat: there the slopes promise less than the search has found.
-        own = np.minimum(own, over_sky)
-        others = _spread(best, places, chi_squares, beyond=own)
-        far = _spread(best, np.broadcast_to(sky, (len(best), *sky.shape)), cost, beyond=2.0 * ELSEWHERE)
-        angles = np.hypot(own, np.maximum(others, far))
+        own = np.minimum(own, np.sqrt(0.5 * np.sum(_chances(cost) * _apart(best, sky[None]) ** 2, axis=1)))
+        # Of two answers that suit as well either may be the true one.
+        ratio = np.exp(-0.5 * (chi_squares - least[:, None]))
+        others = np.sqrt(0.5 * np.max(ratio * _apart(best, places) ** 2, axis=1))
+        angles = np.hypot(own, others)
         return best, np.where(least < 9.0 + 4.0 * np.sum(self.known, axis=1), angles, np.nan)
+
+    def _each(self, sun, share):
+        """`refined` from several starts [n k 3] a row."""
+        count, many = sun.shape[1], np.repeat(np.arange(len(sun)), sun.shape[1])
+        search = _Search(self.read[many], self.known[many], self.error, self.cells, self.looks, self.dimming)
+        found = search.refined(sun.reshape(-1, 3), share.reshape(-1))
+        return tuple(x.reshape(len(sun), count, *x.shape[1:]) for x in found)
+
+    def _mirrored(self, sun):
+        """On the other side of the plane of the two brightest cells, which see the Sun alike there."""
+        two = np.argsort(np.where(self.known, self.read, -np.inf), axis=1)[:, -2:]
+        normal = np.cross(self.looks[two[:, 0]], self.looks[two[:, 1]])
+        square = np.maximum(np.sum(normal**2, axis=1), 1e-12)
+        return sun - (2.0 * np.sum(sun * normal, axis=1) / square)[:, None] * normal
 
     def _over(self, sky):
         """Chi-square of each direction, and the share of light that suits it best."""
@@ -102,13 +120,15 @@ class _Search:
         apart = np.where(self.known, self.read - share[:, None] * self.cells(sun), 0.0) / self.error
         return np.concatenate([apart, self._prior(share)[:, None]], axis=1)
 
-    def _refined(self, sun, share):
+    def refined(self, sun, share):
         """Levenberg's method on the sphere: directions, chi-square, 1-sigma angles by the slopes."""
-        damping = np.full(len(sun), 1e-3)
+        damping = np.full(len(sun), 1e-2)
         errors = self._errors(sun, share)
         for _ in range(STEPS):
             slopes = self._slopes(sun, share)
-            normal = slopes.transpose(0, 2, 1) @ slopes + damping[:, None, None] * np.eye(3)
+            normal = slopes.transpose(0, 2, 1) @ slopes
+            # In the size of the slopes, whatever the errors are.
+            normal += ((damping * np.trace(normal, axis1=1, axis2=2) + 1e-9)[:, None, None]) * np.eye(3)
             step = -np.linalg.solve(normal, (slopes.transpose(0, 2, 1) @ errors[..., None]))[..., 0]
             trial = _moved(sun, step[:, :2]), np.clip(share + step[:, 2], 0.0, 1.0)
             tried = self._errors(*trial)
@@ -136,12 +156,20 @@ class _Search:
         return np.stack([*columns, by_share], axis=-1)
 
 
-def _spread(best, places, chi_squares, *, beyond):
-    """1-sigma angles [n] about directions [n 3] of places [n k 3] with these chi-squares, nearer ones left out."""
+def _first(answers):
+    """Of several answers to each reading the one that suits it best."""
+    rows, first = np.arange(len(answers[1])), np.argmin(answers[1], axis=1)
+    return tuple(x[rows, first] for x in answers)
+
+
+def _chances(chi_squares):
     chances = np.exp(-0.5 * (chi_squares - chi_squares.min(axis=1, keepdims=True)))
-    apart = np.arccos(np.clip(np.einsum("ni,nki->nk", best, places), -1.0, 1.0))
-    counted = np.where(apart > np.reshape(beyond, (-1, 1)), apart, 0.0)
-    return np.sqrt(0.5 * np.sum(chances * counted**2, axis=1) / np.sum(chances, axis=1))
+    return chances / np.sum(chances, axis=1, keepdims=True)
+
+
+def _apart(best, places):
+    """Angles [n k] of places [n or 1, k, 3] from directions [n 3]."""
+    return np.arccos(np.clip(np.sum(best[:, None] * places, axis=-1), -1.0, 1.0))
 
 
 def _moved(sun, turns):
