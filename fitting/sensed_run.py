@@ -5,21 +5,26 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
+from pathlib import Path
 
 import jax
 import numpy as np
 
 from fitting.identify import Identified, Search, identify
-from fitting.measurements.assembly import Samples
+from fitting.measurements.assembly import Samples, build_sensed
 from fitting.measurements.sky import Around
+from fitting.outcome.looking import look_at
 from fitting.outcome.sensed_result import SensedResult
 from fitting.outcome.sensed_summary import summarize_sensed
+from fitting.outcome.uncertainty import at_bound, covariance
 from fitting.parameters.free import free_parameters
+from fitting.report.sensed.files import owned_files, write_sensed
 from fitting.sensed_settings import SensedSettings
 from fitting.starts.multi_start import Progress
 from jaxsat.constants import EARTH_RADIUS_MEAN, EARTH_ROTATION_RATE
 from jaxsat.environment import igrf_field
 from jaxsat.errors import InputError
+from jaxsat.files.staging import staged_directory
 from jaxsat.satellites import Satellite
 from jaxsat.satellites.model import Leaf
 from jaxsat.telemetry import TableSession
@@ -38,6 +43,8 @@ class SensedFit:
     satellite: Satellite
     settings: SensedSettings
 
+    around: Around
+
     @property
     def status(self) -> str:
         """`converged`, `not_converged` or `ambiguous`."""
@@ -47,6 +54,86 @@ class SensedFit:
     def verdict(self) -> str:
         """In a word or two: see `fitting.outcome.sensed_result`."""
         return self.result.verdict
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the unknowns that were fitted, in the order of `covariance`."""
+        return tuple(name for name, free in self._unknowns() if free)
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """Of the unknowns: small turn of the start in body axes [rad], rate [rad/min], leaves in their prior sigmas."""
+        free = np.array([free for _, free in self._unknowns()])
+        point = self.found.minima[0].refined.points
+        pressed = at_bound(point.x[0], point.gradient[0], self.found.parameters.bounds())
+        return covariance(np.asarray(point.hessian[0]), free & ~pressed)[np.ix_(free, free)]
+
+    def _unknowns(self):
+        return zip(self.found.parameters.names, self.found.parameters.everything, strict=True)
+
+    def motion(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Attitudes [time 4], inertial from body, and rates [time 3, rad/s] at rising `times` [s] after the epoch.
+
+        Raises ValueError for times before the first sample.
+        """
+        _, seen = self._looked(times, None)
+        return seen.quaternion, seen.angular_velocity
+
+    def predict(self, channel: str, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Noise-free readings of a channel at rising `times` [s] in its unit, and their 1-sigma without noise.
+
+        Raises ValueError for times before the first sample, KeyError for an unknown channel.
+        """
+        measured = self.found.samples.channels[channel]
+        samples, seen = self._looked(times, channel)
+        readings = seen.readings[channel] * measured.to_unit
+        spread = np.sqrt(np.maximum(seen.promised**2 - 1.0, 0.0)) * samples.channels[channel].sigma * measured.to_unit
+        return readings, spread
+
+    def _looked(self, times, channel):
+        """The best minimum at other times."""
+        old, best = self.found.samples, self.found.minima[0]
+        times = np.asarray(times, float)
+        if not np.all(np.diff(times) > 0.0) or not times[0] >= old.t[0]:
+            raise ValueError(f"times must rise from {old.t[0]:g} s, the first sample, on")
+        ahead = int(times[0] > old.t[0])
+        t = np.concatenate([old.t[:ahead], times])
+        name = channel or next(iter(old.channels))
+        values = {name: np.zeros((len(t), old.values[name].shape[1]))}
+        samples = replace(old, t=t, values=values, channels={name: old.channels[name]})
+        step = float(np.max(np.asarray(best.problem.grid.step), initial=0.0)) or self.settings.step_s
+        problem = build_sensed(
+            samples, best.problem.model, self.around, delayed=best.problem.delayed, max_step=step, room_for=step
+        )
+        point = jax.tree.map(lambda leaf: np.asarray(leaf)[0], best.refined.points)
+        seen = look_at(problem, self.found.parameters, point)
+        return samples, seen.at(np.arange(ahead, len(t)))
+
+    def write(self, directory: str | Path, *, plots: bool = True) -> list[str]:
+        """Writes the files of `jaxsat fit` into a directory, whole or not at all; returns warnings.
+
+        Only files of these names are replaced in a directory that exists. Raises `InputError` where it cannot be
+        written.
+        """
+        directory = Path(directory)
+        with staged_directory(directory, owned_files(directory, self.result.channels)) as stage:
+            return self.write_into(stage, plots=plots)
+
+    def write_into(self, stage: Path, *, plots: bool = True) -> list[str]:
+        """Writes the same into an empty directory; returns warnings."""
+        return write_sensed(
+            stage,
+            self.result,
+            telemetry=", ".join(str(path) for path in self.session.paths),
+            label=self.session.name,
+            epoch=self.session.epoch,
+            session=self.session,
+            settings=self.settings.model_dump(mode="json"),
+            plots=plots,
+            around=self.around,
+            name=self.satellite.name,
+            size_m=self.satellite.size_m,
+        )
 
 
 def chosen_leaves(leaves: Sequence[Leaf], free: Sequence[str] | None, aliases: dict | None = None) -> tuple[str, ...]:
@@ -125,7 +212,7 @@ def fit_table(
     result = summarize_sensed(found)
     timing = {**result.timing_s, "prepare": result.timing_s["prepare"] + prepared}
     timing["total"] = time.perf_counter() - began
-    return SensedFit(dataclasses.replace(result, timing_s=timing), found, session, satellite, settings)
+    return SensedFit(dataclasses.replace(result, timing_s=timing), found, session, satellite, settings, around)
 
 
 def surroundings(satellite: Satellite, session: TableSession) -> Around:

@@ -90,7 +90,7 @@ def build_sensed(
     free = samples.given is None
     max_step, room_for = (step if free else 1e9 for step in (max_step, room_for))
     steps = len(StepGrid.through(t_whole, start=t_whole[0], max_step=min(room_for, max_step)).step)
-    pad_samples, pad_steps = (-(-n // pad) * pad for n, pad in ((len(t_whole), PAD_SAMPLES), (steps, PAD_STEPS)))
+    pad_samples, pad_steps = _room(len(t_whole), PAD_SAMPLES), _room(steps, PAD_STEPS)
     grid = StepGrid.through(t, start=t[0], max_step=max_step, pad_samples=pad_samples, pad_steps=pad_steps)
     extra = len(grid.sample_index) - len(t)
     padded_t = np.pad(t, (0, extra), mode="edge")
@@ -120,6 +120,12 @@ def build_sensed(
         of_sensors=groups,
         delayed=delayed,
     )
+
+
+def _room(count: int, pad: int) -> int:
+    """Size for which programs are compiled: of sizes a few to an octave, so that like sessions share them."""
+    step = max(pad, 1 << max(count.bit_length() - 3, 0))
+    return -(-count // step) * step
 
 
 def with_commands(table: OrbitTable, model: Model, grid: StepGrid, samples: Samples) -> OrbitTable:
