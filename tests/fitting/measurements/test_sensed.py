@@ -121,10 +121,7 @@ class Case:
     def look(self, x, reference=None):
         start = jnp.asarray(self.reference if reference is None else reference)
         return [
-            np.asarray(array)
-            for array in look(
-                self.problem, self.parameters.tree, jnp.asarray(x), jnp.asarray(self.reference), self.blocks
-            )
+            np.asarray(array) for array in look(self.problem, self.parameters.tree, jnp.asarray(x), start, self.blocks)
         ]
 
 
