@@ -93,7 +93,9 @@ def sights_of(problem: SensedProblem, samples: Samples) -> Sights:
     rate, rate_sigma = np.full((n, 3), np.nan), np.full(n, np.inf)
     for name, rows in samples.values.items():
         sensor, channel = problem.model.sensors[name], samples.channels[name]
-        found = sensor.direct(rows, channel.sigma) if sensor.sees and not channel.witness else None
+        if sensor.sees is None or channel.witness:
+            continue
+        found = sensor.direct(rows, channel.sigma)
         if found is None:
             continue
         vectors, sigma = (np.asarray(array, float) for array in found)

@@ -39,8 +39,9 @@ def read_telemetry(
 
     A table (CSV or Parquet) is read by what the file of its satellite says of columns, units and stamps, and so is a
     file that ends in .RAW_SUN with a satellite that has sensors; else a RAW_SUN file is that of a satellite of Munin's
-    kind, Munin where none is given, whose numbers say how much light its panels can see. Every row that is left out is in `rejections` with its reason. Raises `InputError` with file, row and field
-    where the file is none, or nothing usable is left of it.
+    kind, Munin where none is given, whose numbers say how much light its panels can see. Every row that is left out is
+    in `rejections` with its reason. Raises `InputError` with file, row and field where the file is none, or nothing
+    usable is left of it.
     """
     if isinstance(satellite, Satellite):
         if isinstance(path, str | Path) and Path(path).suffix.upper() == RAW_SUN:

@@ -7,8 +7,8 @@ import numpy as np
 
 from jaxsat.errors import InputError
 from jaxsat.panel_names import PANEL_NAMES
-from jaxsat.satellites.sections.session import ChannelSettings
 from jaxsat.satellites.satellite import Satellite
+from jaxsat.satellites.sections.session import ChannelSettings
 from jaxsat.sensors import Panels
 from jaxsat.telemetry.raw_sun.cleaning import Session
 from jaxsat.telemetry.table.session import Channel, RejectedRow, TableSession
