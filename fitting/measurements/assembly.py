@@ -176,6 +176,8 @@ def usable(problem: SensedProblem, samples: Samples) -> np.ndarray:
     wild = np.pad(_wild(samples), ((0, len(problem.valid) - len(samples.t)), (0, 0)))
     weight = np.asarray(problem.known, float) * np.asarray(problem.valid)[:, None]
     weight[over_columns(wild, problem.groups)] = 0.0
+    witness = np.array([samples.channels[group.name].witness for group in problem.groups])
+    weight[:, over_columns(witness, problem.groups)] = 0.0
     if problem.sky.light is None:
         return weight
     share = np.asarray(problem.sky.light.illumination)
