@@ -13,9 +13,10 @@ import numpy as np
 from fitting.identify import Identified, Search, identify
 from fitting.measurements.assembly import Samples, build_sensed
 from fitting.measurements.given import is_told
+from fitting.measurements.groups import columns_of
 from fitting.measurements.sky import Around
 from fitting.orbit.orbit_fit import fit_orbit
-from fitting.outcome.looking import look_at
+from fitting.outcome.looking import Look, look_at
 from fitting.outcome.sensed_result import SensedResult
 from fitting.outcome.sensed_summary import summarize_sensed
 from fitting.outcome.uncertainty import at_bound, covariance
@@ -78,7 +79,7 @@ class SensedFit:
 
         Raises ValueError for times before the first sample.
         """
-        _, seen = self._looked(times, None)
+        seen = self._looked(times)
         return seen.quaternion, seen.angular_velocity
 
     def predict(self, channel: str, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -86,30 +87,28 @@ class SensedFit:
 
         Raises ValueError for times before the first sample, KeyError for an unknown channel.
         """
-        measured = self.found.samples.channels[channel]
-        samples, seen = self._looked(times, channel)
-        readings = seen.readings[channel] * measured.to_unit
-        spread = np.sqrt(np.maximum(seen.promised**2 - 1.0, 0.0)) * samples.channels[channel].sigma * measured.to_unit
-        return readings, spread
+        measured, groups = self.found.samples.channels[channel], self.found.minima[0].problem.groups
+        own = next(columns for group, columns in zip(groups, columns_of(groups), strict=True) if group.name == channel)
+        seen = self._looked(times)
+        spread = np.sqrt(np.maximum(seen.promised[:, own] ** 2 - 1.0, 0.0)) * measured.sigma
+        return seen.readings[channel] * measured.to_unit, spread * measured.to_unit
 
-    def _looked(self, times, channel):
+    def _looked(self, times: np.ndarray) -> Look:
         """The best minimum at other times."""
         old, best = self.found.samples, self.found.minima[0]
         times = np.asarray(times, float)
-        if not np.all(np.diff(times) > 0.0) or not times[0] >= old.t[0]:
+        if not (np.all(np.diff(times) > 0.0) and times[0] >= old.t[0]):
             raise ValueError(f"times must rise from {old.t[0]:g} s, the first sample, on")
         ahead = int(times[0] > old.t[0])
         t = np.concatenate([old.t[:ahead], times])
-        name = channel or next(iter(old.channels))
-        values = {name: np.zeros((len(t), old.values[name].shape[1]))}
-        samples = replace(old, t=t, values=values, channels={name: old.channels[name]})
+        # In the shape of the session, where they have room in it: the program is there already.
+        values = {name: np.zeros((len(t), rows.shape[1])) for name, rows in old.values.items()}
         step = float(np.max(np.asarray(best.problem.grid.step), initial=0.0)) or self.settings.step_s
-        problem = build_sensed(
-            samples, best.problem.model, self.around, delayed=best.problem.delayed, max_step=step, room_for=step
-        )
+        room = {"delayed": best.problem.delayed, "max_step": step, "room_for": self.found.finest_step}
+        samples = replace(old, t=t, values=values)
+        problem = build_sensed(samples, best.problem.model, self.around, whole=old, **room)
         point = jax.tree.map(lambda leaf: np.asarray(leaf)[0], best.refined.points)
-        seen = look_at(problem, self.found.parameters, point)
-        return samples, seen.at(np.arange(ahead, len(t)))
+        return look_at(problem, self.found.parameters, point).at(np.arange(ahead, len(t)))
 
     def write(self, directory: str | Path, *, plots: bool = True) -> list[str]:
         """Writes the files of `jaxsat fit` into a directory, whole or not at all; returns warnings.
