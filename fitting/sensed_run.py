@@ -5,21 +5,28 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
+from pathlib import Path
 
 import jax
 import numpy as np
 
 from fitting.identify import Identified, Search, identify
-from fitting.measurements.assembly import Samples
+from fitting.measurements.assembly import Samples, build_sensed
+from fitting.measurements.given import is_told
 from fitting.measurements.sky import Around
+from fitting.orbit.orbit_fit import fit_orbit
+from fitting.outcome.looking import look_at
 from fitting.outcome.sensed_result import SensedResult
 from fitting.outcome.sensed_summary import summarize_sensed
+from fitting.outcome.uncertainty import at_bound, covariance
 from fitting.parameters.free import free_parameters
+from fitting.report.sensed.files import owned_files, write_sensed
 from fitting.sensed_settings import SensedSettings
 from fitting.starts.multi_start import Progress
 from jaxsat.constants import EARTH_RADIUS_MEAN, EARTH_ROTATION_RATE
-from jaxsat.environment import igrf_field
+from jaxsat.environment import AbstractOrbit, igrf_field
 from jaxsat.errors import InputError
+from jaxsat.files.staging import staged_directory
 from jaxsat.satellites import Satellite
 from jaxsat.satellites.model import Leaf
 from jaxsat.telemetry import TableSession
@@ -38,6 +45,8 @@ class SensedFit:
     satellite: Satellite
     settings: SensedSettings
 
+    around: Around
+
     @property
     def status(self) -> str:
         """`converged`, `not_converged` or `ambiguous`."""
@@ -47,6 +56,86 @@ class SensedFit:
     def verdict(self) -> str:
         """In a word or two: see `fitting.outcome.sensed_result`."""
         return self.result.verdict
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the unknowns that were fitted, in the order of `covariance`."""
+        return tuple(name for name, free in self._unknowns() if free)
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """Of the unknowns: small turn of the start in body axes [rad], rate [rad/min], leaves in their prior sigmas."""
+        free = np.array([free for _, free in self._unknowns()])
+        point = self.found.minima[0].refined.points
+        pressed = at_bound(point.x[0], point.gradient[0], self.found.parameters.bounds())
+        return covariance(np.asarray(point.hessian[0]), free & ~pressed)[np.ix_(free, free)]
+
+    def _unknowns(self):
+        return zip(self.found.parameters.names, self.found.parameters.everything, strict=True)
+
+    def motion(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Attitudes [time 4], inertial from body, and rates [time 3, rad/s] at rising `times` [s] after the epoch.
+
+        Raises ValueError for times before the first sample.
+        """
+        _, seen = self._looked(times, None)
+        return seen.quaternion, seen.angular_velocity
+
+    def predict(self, channel: str, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Noise-free readings of a channel at rising `times` [s] in its unit, and their 1-sigma without noise.
+
+        Raises ValueError for times before the first sample, KeyError for an unknown channel.
+        """
+        measured = self.found.samples.channels[channel]
+        samples, seen = self._looked(times, channel)
+        readings = seen.readings[channel] * measured.to_unit
+        spread = np.sqrt(np.maximum(seen.promised**2 - 1.0, 0.0)) * samples.channels[channel].sigma * measured.to_unit
+        return readings, spread
+
+    def _looked(self, times, channel):
+        """The best minimum at other times."""
+        old, best = self.found.samples, self.found.minima[0]
+        times = np.asarray(times, float)
+        if not np.all(np.diff(times) > 0.0) or not times[0] >= old.t[0]:
+            raise ValueError(f"times must rise from {old.t[0]:g} s, the first sample, on")
+        ahead = int(times[0] > old.t[0])
+        t = np.concatenate([old.t[:ahead], times])
+        name = channel or next(iter(old.channels))
+        values = {name: np.zeros((len(t), old.values[name].shape[1]))}
+        samples = replace(old, t=t, values=values, channels={name: old.channels[name]})
+        step = float(np.max(np.asarray(best.problem.grid.step), initial=0.0)) or self.settings.step_s
+        problem = build_sensed(
+            samples, best.problem.model, self.around, delayed=best.problem.delayed, max_step=step, room_for=step
+        )
+        point = jax.tree.map(lambda leaf: np.asarray(leaf)[0], best.refined.points)
+        seen = look_at(problem, self.found.parameters, point)
+        return samples, seen.at(np.arange(ahead, len(t)))
+
+    def write(self, directory: str | Path, *, plots: bool = True) -> list[str]:
+        """Writes the files of `jaxsat fit` into a directory, whole or not at all; returns warnings.
+
+        Only files of these names are replaced in a directory that exists. Raises `InputError` where it cannot be
+        written.
+        """
+        directory = Path(directory)
+        with staged_directory(directory, owned_files(directory, self.result.channels)) as stage:
+            return self.write_into(stage, plots=plots)
+
+    def write_into(self, stage: Path, *, plots: bool = True) -> list[str]:
+        """Writes the same into an empty directory; returns warnings."""
+        return write_sensed(
+            stage,
+            self.result,
+            telemetry=", ".join(str(path) for path in self.session.paths),
+            label=self.session.name,
+            epoch=self.session.epoch,
+            session=self.session,
+            settings=self.settings.model_dump(mode="json"),
+            plots=plots,
+            around=self.around,
+            name=self.satellite.name,
+            size_m=self.satellite.size_m,
+        )
 
 
 def chosen_leaves(leaves: Sequence[Leaf], free: Sequence[str] | None, aliases: dict | None = None) -> tuple[str, ...]:
@@ -85,6 +174,8 @@ def fit_table(
     began = time.perf_counter()
     model, leaves, kind = satellite.model, satellite.leaves, satellite.motion.kind
     free = chosen_leaves(leaves, settings.free, dict(satellite.aliases))
+    if settings.free is None:
+        free = tuple(leaf.name for leaf in leaves if leaf.name in free and not _of_witness(leaf, session))
     channels = {name: channel for name, channel in session.channels.items() if np.isfinite(channel.values).any()}
     if settings.arc_s is not None:
         channels = {name: _within(channel, settings.arc_s) for name, channel in channels.items()}
@@ -92,12 +183,15 @@ def fit_table(
         raise InputError("no channel of the satellite file has a reading in the table", file=session.paths[0])
     around = surroundings(satellite, session)
     given = motion_for(satellite, session, around.orbit)
+    remarks = ()
+    if given is not None:
+        channels, remarks = _where_told(channels, given, session)
     samples = Samples.of(channels, session.epoch, dict(session.columns), given)
     late = {leaf.place for leaf in leaves if leaf.name in free or leaf.sigma is not None}
     delayed = tuple(
         name for name in channels if f"delays.{name}" in late or float(np.asarray(model.delays[name])) != 0.0
     )
-    parameters = free_parameters(model, leaves, free, free_motion=kind == "free")
+    parameters = free_parameters(model, leaves, free, free_motion=kind == "free", held=satellite.held)
     begin, end = float(samples.t[0]), float(samples.t[-1])
     search = Search(
         starts=settings.starts,
@@ -106,7 +200,10 @@ def fit_table(
         longest_step=settings.step_s,
         likelihood=settings.likelihood,
     )
-    unknown = {name: each for name, each in satellite.conventions.items() if name in channels}
+    fitted = [name for name, channel in channels.items() if not channel.witness]
+    if not fitted:
+        raise InputError("no channel that is fitted has a reading in the table", file=session.paths[0])
+    unknown = {name: each for name, each in satellite.conventions.items() if name in fitted}
     prepared = time.perf_counter() - began
     try:
         found = identify(
@@ -125,14 +222,15 @@ def fit_table(
     result = summarize_sensed(found)
     timing = {**result.timing_s, "prepare": result.timing_s["prepare"] + prepared}
     timing["total"] = time.perf_counter() - began
-    return SensedFit(dataclasses.replace(result, timing_s=timing), found, session, satellite, settings)
+    result = dataclasses.replace(result, timing_s=timing, remarks=(*remarks, *result.remarks))
+    return SensedFit(result, found, session, satellite, settings, around)
 
 
 def surroundings(satellite: Satellite, session: TableSession) -> Around:
     """Orbit, field and Earth of a session."""
     craft = satellite.model.spacecraft
     return Around(
-        orbit_for(satellite, session),
+        _orbit(satellite, session),
         igrf_field(session.epoch.decimal_year()),
         np.asarray(greenwich_angle(session.epoch)),
         np.asarray(EARTH_ROTATION_RATE),
@@ -142,6 +240,36 @@ def surroundings(satellite: Satellite, session: TableSession) -> Around:
     )
 
 
+def _orbit(satellite: Satellite, session: TableSession) -> AbstractOrbit:
+    columns = satellite.orbit.columns
+    if columns is None or columns.law != "kepler" or session.positions is None or session.velocities is None:
+        return orbit_for(satellite, session)
+    return fit_orbit(*session.positions, session.velocities, file=session.paths[0]).orbit
+
+
+def _of_witness(leaf: Leaf, session: TableSession) -> bool:
+    """Whether it is a number of a sensor that is only asked whether it agrees."""
+    return any(
+        channel.witness and leaf.place.startswith((f"sensors.{name}.", f"delays.{name}"))
+        for name, channel in session.channels.items()
+    )
+
+
 def _within(channel, arc_s):
     inside = (channel.t_s >= arc_s[0]) & (channel.t_s <= arc_s[1])
     return replace(channel, t_s=channel.t_s[inside], values=channel.values[inside])
+
+
+def _where_told(channels, given, session):
+    """The channels while the given motion is told, and remarks on what is left out elsewhere."""
+    found, remarks = {}, []
+    for name, channel in channels.items():
+        inside = is_told(given, channel.t_s)
+        if not inside.all():
+            left = f"{int((~inside).sum())} of {inside.size} samples of {name}"
+            remarks.append(f"{left} stand where no two quaternions follow each other, and are not used")
+        if inside.any():
+            found[name] = replace(channel, t_s=channel.t_s[inside], values=channel.values[inside])
+    if not found:
+        raise InputError("no reading of any channel where the motion is given", file=session.paths[0])
+    return found, tuple(remarks)

@@ -1,7 +1,7 @@
 """A minimum looked at from all sides: readings, their derivatives, and what covariance makes of them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax
 import jax.numpy as jnp
@@ -89,6 +89,18 @@ class Look:
     pressed: np.ndarray
     """[unknowns] bool: against a bound."""
     model: Model
+
+    def at(self, index: np.ndarray) -> "Look":
+        """The same at some of the samples."""
+        return replace(
+            self,
+            residual=self.residual[index],
+            promised=self.promised[index],
+            readings={name: array[index] for name, array in self.readings.items()},
+            quaternion=self.quaternion[index],
+            angular_velocity=self.angular_velocity[index],
+            rotation_covariance=self.rotation_covariance[index],
+        )
 
 
 def look_at(problem: SensedProblem, parameters: FreeParameters, best: Point) -> Look:

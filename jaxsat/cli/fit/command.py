@@ -12,10 +12,21 @@ from cyclopts import CycloptsError, Parameter, validators
 from fitting.parameters.names import NAMED, STATE
 from jaxsat.bundled import BUNDLED
 from jaxsat.cli.shared.folders import default_folder
-from jaxsat.cli.shared.options import Arc, ConfigFile, Drop, Free, whole_number
+from jaxsat.cli.shared.options import Arc, ConfigFile, Drop, checked_free, whole_number
+from jaxsat.errors import InputError
 
 PROFILED = STATE + NAMED
 """The words of `--profile`."""
+
+
+TABLES = (".csv", ".tsv", ".txt", ".parquet")
+"""Endings of tables, which no satellite file of its own is bundled for."""
+
+
+def _refuse(options: dict[str, object], beside: str) -> None:
+    given = [name for name, value in options.items() if value]
+    if given:
+        raise CycloptsError(msg=f"{', '.join(given)} cannot stand beside {beside}.")
 
 
 def _check_profiles(_: Any, value: Sequence[str] | None) -> None:
@@ -27,10 +38,39 @@ def _check_profiles(_: Any, value: Sequence[str] | None) -> None:
 
 
 def fit(
-    files: Annotated[list[Path] | None, Parameter(help="RAW_SUN files. [default: a bundled synthetic one]")] = None,
+    files: Annotated[
+        list[Path] | None,
+        Parameter(
+            help="RAW_SUN files of Munin, or with --satellite tables (CSV, Parquet) that are joined by time. "
+            "[default: a bundled synthetic session of Munin]"
+        ),
+    ] = None,
     /,
     *,
-    free: Free = None,
+    satellite: Annotated[
+        Path | None,
+        Parameter(
+            help="Satellite file, TOML: body, sensors and columns of the tables; `jaxsat init TABLE` drafts one, "
+            "`jaxsat check` looks at the tables before."
+        ),
+    ] = None,
+    holdout: Annotated[
+        float | None,
+        Parameter(
+            help="With --satellite: share of the time, at its end, that is not fitted but predicted, as 0.3.",
+            validator=validators.Number(gte=0.0, lte=0.9),
+        ),
+    ] = None,
+    free: Annotated[
+        str | None,
+        Parameter(
+            help="What is fitted. With --satellite names of numbers or of what they begin with, as "
+            "magnet,mag.bias,sun.gain.+x [default: every number with a sigma]. Of Munin any of "
+            "state,magnet,rods,imax,gains,inertia,albedo,tilts, a single one as albedo.specular or magnet.azimuth, or "
+            "a classic name: als, alsI0, alsI23, alsImax, alsJ, alsI0J [default: that of the configuration]. The "
+            "motion is always free.",
+        ),
+    ] = None,
     config: ConfigFile = None,
     arc: Arc = None,
     drop: Drop = None,
@@ -70,20 +110,43 @@ def fit(
     out: Annotated[Path, Parameter(help="Directory for the results.")] = default_folder("fit"),
     plots: Annotated[bool, Parameter(help="Draw pictures.")] = True,
 ) -> int:
-    """Fit attitude, and any of the satellite's parameters, to the currents of six solar panels.
+    """Fit attitude, and any of the satellite's parameters, to what its sensors measured.
 
-    Writes fit.json, attitude.csv, currents.csv, pictures, report.html,
-    scene.json and provenance.json; with several files into a directory for
-    each, and summary.json for all.
+    With --satellite any satellite and any mix of sensors: the tables are one
+    session, and a verdict says in words whether the fit predicts what was
+    held out. Without it the currents of Munin's six solar panels.
+
+    Writes fit.json, attitude.csv, a CSV of the readings, pictures,
+    report.html, scene.json and provenance.json; of several RAW_SUN files into
+    a directory for each, and summary.json for all.
 
     Exit status: 0 converged, 1 bad input, 2 wrong usage,
     3 not converged or ambiguous.
+
+    Example: jaxsat init pass.csv > sat.toml, edit it, then
+    jaxsat fit pass.csv --satellite sat.toml --holdout 0.3 --out pass
 
     Example: jaxsat fit a.RAW_SUN --free alsI0,albedo --arc 0 2700 --out a-fit
 
     Example: jaxsat fit --profile imax --profile albedo.specular
     """
     began = time.perf_counter()
+    if satellite is not None:
+        _refuse({"--config": config, "--drop": drop, "--profile": profile, "--limb": limb}, "--satellite")
+        if not files:
+            raise CycloptsError(msg="--satellite needs at least one table of telemetry.")
+        from jaxsat.cli.fit.sensed import fit_sensed
+
+        given = {"holdout": holdout, "arc_s": arc, "starts": starts, "seed": seed}
+        given["free"] = None if free is None else tuple(free.split(","))
+        return fit_sensed(files, satellite, out, {k: v for k, v in given.items() if v is not None}, began, plots=plots)
+    if holdout is not None:
+        raise CycloptsError(msg="--holdout belongs to --satellite.")
+    tables = [path for path in files or () if path.suffix.lower() in TABLES]
+    if tables:
+        reason = "a table needs a satellite file: --satellite sat.toml, of which `jaxsat init` drafts one"
+        raise InputError(reason, file=tables[0])
+    free = checked_free(free)
     if limb is not None and files and len(files) > 1:
         raise CycloptsError(msg=f"--limb holds the angles of one session, but {len(files)} files are given.")
     from jaxsat.cli.settings.given import read_settings

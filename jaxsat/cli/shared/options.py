@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-from cyclopts import Parameter, Token
+from cyclopts import CycloptsError, Parameter, Token
 
 from fitting.parameters.names import parse_free
 
@@ -14,6 +14,15 @@ from fitting.parameters.names import parse_free
 def _check_free(_: Any, value: str | None) -> None:
     if value is not None:
         parse_free(value)
+
+
+def checked_free(value: str | None) -> str | None:
+    """The same as it was; wrong usage where it names what Munin has not."""
+    try:
+        _check_free(None, value)
+    except ValueError as error:
+        raise CycloptsError(msg=f"Invalid value for --free: {error}") from None
+    return value
 
 
 def _check_intervals(_: Any, value: Sequence[Any] | None) -> None:
