@@ -69,7 +69,7 @@ def test_motion_is_that_of_the_law_in_its_own_variable():
     # Kinks at the turns of each rod's field, to second order in steps of 0.25 s.
     assert apart.magnitude().max() < 2e-5
     np.testing.assert_allclose(found.angular_velocity, w, atol=2e-7)
-    # What the rods do is worth twenty thousand times that; begun on their loops they did a quarter more.
+    # What the rods do is worth twenty thousand times that.
     free = jax.jit(motion)(jnp.ones((4, 3)).at[3].set(0.0))
     assert np.abs(np.asarray(free.angular_velocity) - w).max() > 4e-3
 
