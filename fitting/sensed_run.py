@@ -14,6 +14,7 @@ from fitting.identify import Identified, Search, identify
 from fitting.measurements.assembly import Samples, build_sensed
 from fitting.measurements.given import is_told
 from fitting.measurements.sky import Around
+from fitting.orbit.orbit_fit import fit_orbit
 from fitting.outcome.looking import look_at
 from fitting.outcome.sensed_result import SensedResult
 from fitting.outcome.sensed_summary import summarize_sensed
@@ -23,7 +24,7 @@ from fitting.report.sensed.files import owned_files, write_sensed
 from fitting.sensed_settings import SensedSettings
 from fitting.starts.multi_start import Progress
 from jaxsat.constants import EARTH_RADIUS_MEAN, EARTH_ROTATION_RATE
-from jaxsat.environment import igrf_field
+from jaxsat.environment import AbstractOrbit, igrf_field
 from jaxsat.errors import InputError
 from jaxsat.files.staging import staged_directory
 from jaxsat.satellites import Satellite
@@ -173,6 +174,8 @@ def fit_table(
     began = time.perf_counter()
     model, leaves, kind = satellite.model, satellite.leaves, satellite.motion.kind
     free = chosen_leaves(leaves, settings.free, dict(satellite.aliases))
+    if settings.free is None:
+        free = tuple(leaf.name for leaf in leaves if leaf.name in free and not _of_witness(leaf, session))
     channels = {name: channel for name, channel in session.channels.items() if np.isfinite(channel.values).any()}
     if settings.arc_s is not None:
         channels = {name: _within(channel, settings.arc_s) for name, channel in channels.items()}
@@ -188,7 +191,7 @@ def fit_table(
     delayed = tuple(
         name for name in channels if f"delays.{name}" in late or float(np.asarray(model.delays[name])) != 0.0
     )
-    parameters = free_parameters(model, leaves, free, free_motion=kind == "free")
+    parameters = free_parameters(model, leaves, free, free_motion=kind == "free", held=satellite.held)
     begin, end = float(samples.t[0]), float(samples.t[-1])
     search = Search(
         starts=settings.starts,
@@ -197,7 +200,10 @@ def fit_table(
         longest_step=settings.step_s,
         likelihood=settings.likelihood,
     )
-    unknown = {name: each for name, each in satellite.conventions.items() if name in channels}
+    fitted = [name for name, channel in channels.items() if not channel.witness]
+    if not fitted:
+        raise InputError("no channel that is fitted has a reading in the table", file=session.paths[0])
+    unknown = {name: each for name, each in satellite.conventions.items() if name in fitted}
     prepared = time.perf_counter() - began
     try:
         found = identify(
@@ -224,13 +230,28 @@ def surroundings(satellite: Satellite, session: TableSession) -> Around:
     """Orbit, field and Earth of a session."""
     craft = satellite.model.spacecraft
     return Around(
-        orbit_for(satellite, session),
+        _orbit(satellite, session),
         igrf_field(session.epoch.decimal_year()),
         np.asarray(greenwich_angle(session.epoch)),
         np.asarray(EARTH_ROTATION_RATE),
         np.asarray(EARTH_RADIUS_MEAN),
         field_rate=craft.hysteresis_rods is not None,
         pushed=craft.facets is not None,
+    )
+
+
+def _orbit(satellite: Satellite, session: TableSession) -> AbstractOrbit:
+    columns = satellite.orbit.columns
+    if columns is None or columns.law != "kepler" or session.positions is None or session.velocities is None:
+        return orbit_for(satellite, session)
+    return fit_orbit(*session.positions, session.velocities, file=session.paths[0]).orbit
+
+
+def _of_witness(leaf: Leaf, session: TableSession) -> bool:
+    """Whether it is a number of a sensor that is only asked whether it agrees."""
+    return any(
+        channel.witness and leaf.place.startswith((f"sensors.{name}.", f"delays.{name}"))
+        for name, channel in session.channels.items()
     )
 
 

@@ -1,5 +1,7 @@
 """The right-hand side against Euler's equation and the kinematics written in NumPy."""
 
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -124,7 +126,8 @@ def full_point(k):
     vectors["sun_eci"] = Rotation.random(rng=rng).apply([1.0, 0, 0])
     numbers = {"air_density": 1e-12, "solar_pressure": 4.4e-6}
     point = {"position_eci": POSITION[k], "b_field_eci": FIELD[k], **vectors, **numbers}
-    return point, OrbitTable(**{name: jnp.asarray(value) for name, value in point.items()})
+    arrays: dict[str, Any] = {name: jnp.asarray(value) for name, value in point.items()}
+    return point, OrbitTable(**arrays)
 
 
 def test_surroundings_in_body_axes():

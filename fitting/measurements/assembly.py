@@ -13,7 +13,7 @@ from fitting.measurements.given import motion_at
 from fitting.measurements.groups import Group, Groups, over_columns
 from fitting.measurements.sensed import SensedProblem
 from fitting.measurements.sky import Around, nodes_at, sky_at
-from jaxsat.environment import Commands, OrbitTable, sun_directions
+from jaxsat.environment import Commands, sun_directions
 from jaxsat.integrators import StepGrid
 from jaxsat.satellites.model import Model
 from jaxsat.sensors import Panels
@@ -90,9 +90,11 @@ def build_sensed(
     t, t_whole = samples.t, (whole or samples).t
     free = samples.given is None
     max_step, room_for = (step if free else 1e9 for step in (max_step, room_for))
-    steps = len(StepGrid.through(t_whole, start=t_whole[0], max_step=min(room_for, max_step)).step)
+    commands = commands_of(model, samples)
+    stops = None if commands is None or not free else commands.jumps()
+    steps = len(StepGrid.through(t_whole, start=t_whole[0], max_step=min(room_for, max_step), stops=stops).step)
     pad_samples, pad_steps = _room(len(t_whole), PAD_SAMPLES), _room(steps, PAD_STEPS)
-    grid = StepGrid.through(t, start=t[0], max_step=max_step, pad_samples=pad_samples, pad_steps=pad_steps)
+    grid = StepGrid.through(t, start=t[0], max_step=max_step, stops=stops, pad_samples=pad_samples, pad_steps=pad_steps)
     extra = len(grid.sample_index) - len(t)
     padded_t = np.pad(t, (0, extra), mode="edge")
     lit = any("light" in sensor.needs for sensor in model.sensors.values())
@@ -101,7 +103,9 @@ def build_sensed(
     sky = sky_at(around, padded_t, sun, columns)
     nodes = np.asarray(grid.node_times)
     node_sun = sun_directions(samples.epoch, nodes) if around.pushed else None
-    orbit = with_commands(nodes_at(around, nodes, node_sun), model, grid, samples)
+    orbit = nodes_at(around, nodes, node_sun)
+    if commands is not None:
+        orbit = replace(orbit, commands=commands(nodes))
     groups = groups_of(model, samples)
     measured = {name: np.pad(np.nan_to_num(rows), ((0, extra), (0, 0))) for name, rows in samples.values.items()}
     known = np.pad(np.hstack([_known(samples.values[group.name], group) for group in groups]), ((0, extra), (0, 0)))
@@ -129,13 +133,10 @@ def _room(count: int, pad: int) -> int:
     return -(-count // step) * step
 
 
-def with_commands(table: OrbitTable, model: Model, grid: StepGrid, samples: Samples) -> OrbitTable:
-    """The table with the telemetered commands that parts of the satellite follow."""
+def commands_of(model: Model, samples: Samples) -> Commands | None:
+    """Telemetered commands that parts of the satellite follow; None where there are none."""
     held, linear = commanded_columns(model.spacecraft.parts)
-    if not (held or linear):
-        return table
-    commands = Commands.of(samples.columns, held=held, linear=linear)
-    return replace(table, commands=commands(np.asarray(grid.node_times)))
+    return Commands.of(samples.columns, held=held, linear=linear) if held or linear else None
 
 
 def _known(rows: np.ndarray, group: Group) -> np.ndarray:
@@ -175,6 +176,8 @@ def usable(problem: SensedProblem, samples: Samples) -> np.ndarray:
     wild = np.pad(_wild(samples), ((0, len(problem.valid) - len(samples.t)), (0, 0)))
     weight = np.asarray(problem.known, float) * np.asarray(problem.valid)[:, None]
     weight[over_columns(wild, problem.groups)] = 0.0
+    witness = np.array([samples.channels[group.name].witness for group in problem.groups])
+    weight[:, over_columns(witness, problem.groups)] = 0.0
     if problem.sky.light is None:
         return weight
     share = np.asarray(problem.sky.light.illumination)

@@ -78,8 +78,8 @@ class SensedProblem(AbstractProblem):
     ) -> tuple[Prediction, Any]:
         linear = _linear(parameters, x[len(STATE) :])
         moving, seeing = jnp.split(x, [len(STATE) + parameters.moving])
-        motion, turns, spins = _motion(self, linear, moving, reference, blocks)
-        inputs = (motion, turns, spins, self.sky, self.measured, self.known)
+        motion, slopes = _motion(self, linear, moving, reference, blocks)
+        inputs = (motion, slopes, self.sky, self.measured, self.known)
 
         def sample_block(number, carry):
             residual, carry = carry
@@ -95,6 +95,7 @@ class SensedProblem(AbstractProblem):
         count = (samples + PAD_SAMPLES - 1) // PAD_SAMPLES
         blank = jnp.zeros((self.valid.shape[0], self.channels), dtype=x.dtype)
         residual, carry = jax.lax.fori_loop(0, count, sample_block, (blank, carry))
+        turns = slopes[:, 0]
         padding = jnp.zeros((*turns.shape[:2], seeing.shape[0]), dtype=x.dtype)
         return Prediction(
             residual=residual,
@@ -141,12 +142,20 @@ def initial_state(
     )
 
 
-def _motion(problem: SensedProblem, linear: _Linear, moving, reference, blocks) -> tuple[Motion, Array, Array]:
-    """The motion, and turn [rad] and change of rate [rad/s] at each sample for a unit of each unknown of motion."""
-    samples, unknowns = problem.valid.shape[0], moving.shape[0]
+def _motion(
+    problem: SensedProblem,
+    linear: _Linear,
+    moving: Float[Array, " moving"],
+    reference: Float[Array, "4"],
+    blocks: Int[Array | np.ndarray, ""],
+) -> tuple[Motion, Float[Array, "samples kinds 3 moving"]]:
+    """The motion, and what a unit of each unknown of motion does to it at each sample.
+
+    Turn [rad], change of rate [rad/s] and, where stamps may be late, of acceleration [rad/s^2].
+    """
+    samples, unknowns, late = problem.valid.shape[0], moving.shape[0], bool(problem.delayed)
     if problem.motion is not None:
-        none = jnp.zeros((samples, 3, unknowns), dtype=moving.dtype)
-        return problem.motion, none, none
+        return problem.motion, jnp.zeros((samples, 3 if late else 2, 3, unknowns), dtype=moving.dtype)
     at_samples = jax.tree.map(lambda leaf: jnp.asarray(leaf)[problem.grid.sample_node], problem.orbit)
     start = jax.tree.map(lambda leaf: jnp.asarray(leaf)[0], problem.orbit)
 
@@ -155,15 +164,22 @@ def _motion(problem: SensedProblem, linear: _Linear, moving, reference, blocks) 
         q0 = quaternion.multiply(reference, quaternion.from_rotation_vector(unknowns[:3]))
         initial = initial_state(spacecraft, q0, unknowns[3:6] * RATE_UNIT, start)
         found = simulate_on_grid(spacecraft, initial, problem.orbit, problem.grid, blocks=blocks)
-        return (found.quaternion, found.angular_velocity), (found, spacecraft)
+        acceleration = jnp.zeros_like(found.angular_velocity)
+        if late:
+            body = rigid_body(spacecraft)
+            states = AttitudeState(found.quaternion, found.angular_velocity, found.rod_lag)
+            acceleration = jax.vmap(lambda state, point: derivative(state, point, body).angular_velocity)(
+                states, at_samples
+            )
+        found = Motion(found.quaternion, found.angular_velocity, acceleration)
+        return found, found
 
-    (by_q, spins), (found, spacecraft) = jax.jacfwd(motion, has_aux=True)(moving)
-    q = found.quaternion
+    slopes, found = jax.jacfwd(motion, has_aux=True)(moving)
+    q = jnp.asarray(found.quaternion)
+    # q' = q (0, r/2): the rotation r in body axes that each unit tangent of q stands for.
     product = jax.vmap(lambda p: quaternion.multiply(quaternion.conjugate(q), p), in_axes=-1, out_axes=-1)
-    body = rigid_body(spacecraft)
-    states = AttitudeState(q, found.angular_velocity, found.rod_lag)
-    acceleration = jax.vmap(lambda state, point: derivative(state, point, body).angular_velocity)(states, at_samples)
-    return Motion(q, found.angular_velocity, acceleration), 2.0 * product(by_q)[:, 1:], spins
+    kinds = [2.0 * product(slopes.quaternion)[:, 1:], slopes.angular_velocity, slopes.acceleration]
+    return found, jnp.stack(kinds if late else kinds[:2], axis=1)
 
 
 def _whitened(
@@ -171,28 +187,27 @@ def _whitened(
     linear: _Linear,
     seeing: Float[Array, " seeing"],
     motion: Motion,
-    turns: Float[Array, "3 moving"],
-    spins: Float[Array, "3 moving"],
+    slopes: Float[Array, "kinds 3 moving"],
     sky: Sky,
     measured: Mapping[str, Float[Array, " readings"]],
     known: Bool[Array, " channels"],
 ) -> tuple[Float[Array, " channels"], Float[Array, "channels unknowns"]]:
     """Residuals of one sample over their noise, and their Jacobian by the chain rule."""
 
-    def differences(turn, spin, unknowns):
+    def differences(changes, unknowns):
+        turn, spin, *more = changes
         model = linear.seen(problem.model, unknowns - seeing)
         attitude = quaternion.multiply(motion.quaternion, quaternion.from_rotation_vector(turn))
+        acceleration = motion.acceleration + more[0] if more else motion.acceleration
         found = []
         for group in problem.of_sensors:
             late = jnp.asarray(model.delays[group.name]) if group.name in problem.delayed else None
-            view = sky.view(attitude, motion.angular_velocity + spin, motion.acceleration, model.albedo, late)
+            view = sky.view(attitude, motion.angular_velocity + spin, acceleration, model.albedo, late)
             sensor = model.sensors[group.name]
             found.append(sensor.difference(sensor(view), measured[group.name]))
         residual = jnp.where(known, jnp.concatenate(found) / problem.sigma, 0.0)
         return residual, residual
 
-    none = jnp.zeros(3, dtype=seeing.dtype)
-    (by_turn, by_spin, by_seeing), residual = jax.jacfwd(differences, argnums=(0, 1, 2), has_aux=True)(
-        none, none, seeing
-    )
-    return residual, jnp.concatenate([by_turn @ turns + by_spin @ spins, by_seeing], axis=-1)
+    none = jnp.zeros((slopes.shape[0], 3), dtype=seeing.dtype)
+    (by_motion, by_seeing), residual = jax.jacfwd(differences, argnums=(0, 1), has_aux=True)(none, seeing)
+    return residual, jnp.concatenate([jnp.einsum("ckj,kju->cu", by_motion, slopes), by_seeing], axis=-1)

@@ -14,7 +14,7 @@ from fitting.outcome.breaks import find_breaks, stamp_delay
 from fitting.outcome.looking import Look, look_at
 from fitting.outcome.result import FittedParameter
 from fitting.outcome.sensed_result import ChannelFit, Holdout, SensedResult
-from fitting.outcome.sensed_verdict import Evidence, judge
+from fitting.outcome.sensed_verdict import FAR_OFF, HELD_BY_PRIOR, Evidence, judge
 from fitting.outcome.uncertainty import correlations, field_angle_sigma, promised_saving
 from fitting.outcome.worth import worth
 from fitting.parameters.free import FreeParameters
@@ -25,6 +25,8 @@ FAINT = 0.25
 """A reading at the telemetry's floor says nothing where the model has less than this [sigma]."""
 HELD = 0.5
 """Share of a prior's variance that is left where its parameter is called held by it."""
+FAR_SIGMAS = 3.0
+"""Of the satellite file, beyond which a value is called far off."""
 
 
 def summarize_sensed(found: Identified, *, with_worth: bool = True) -> SensedResult:
@@ -83,9 +85,16 @@ def summarize_sensed(found: Identified, *, with_worth: bool = True) -> SensedRes
         axes=best.convention.spelt(),
         alternatives=alternatives,
         timing_s=found.timing_s,
+        gauge=_gauge_text(parameters),
         field_angle_deg=np.degrees(np.arctan2(np.linalg.norm(field[:, 1:], axis=1), field[:, 0])),
         field_angle_sigma_deg=np.degrees(field_angle_sigma(field, seen.rotation_covariance[:n])),
     )
+
+
+def _gauge_text(parameters: FreeParameters) -> str | None:
+    said = {"magnet": "|magnet|"}
+    names = [said.get(name, f"the mean of {name}") for name in parameters.gauged]
+    return f"{' and '.join(names)} held at the nominal value, for the data tell ratios to it alone" if names else None
 
 
 def _informative(minimum: Minimum, seen: Look) -> np.ndarray:
@@ -113,13 +122,15 @@ def _parameters(
     for name, flag, held in zip(unknowns, seen.pressed, share, strict=True):
         if name and flag:
             notes[name] = "at its bound"
-        elif name and held > HELD:
-            notes[name] = "held by its prior"
+        elif name and held > HELD and name not in parameters.gauged_leaves:
+            notes[name] = HELD_BY_PRIOR
     free = {name for name in unknowns if name} if parameters.free_motion else {name for name in unknowns[6:] if name}
-    table = []
+    table, nominal = [], np.asarray(parameters.tree.nominal)
     for number, leaf in enumerate(parameters.leaves):
         s = float(sigma[len(STATE) + number])
         known = leaf.name in free and 0.0 < s < np.inf
+        if known and leaf.sigma is not None and abs(seen.values[number] - nominal[number]) > FAR_SIGMAS * leaf.sigma:
+            notes.setdefault(leaf.name, FAR_OFF)
         value = float(seen.values[number] * leaf.to_unit)
         note = notes.get(leaf.name, "")
         table.append(FittedParameter(leaf.name, value, s if known else None, leaf.unit, leaf.name in free, note))
@@ -135,7 +146,7 @@ def _channels(found, best, seen, point, counted) -> dict[str, ChannelFit]:
         channel, rows = samples.channels[group.name], samples.values[group.name]
         own = np.flatnonzero(np.isfinite(rows).any(axis=1))
         sensor = seen.model.sensors[group.name]
-        fitted = own < found.fitted
+        fitted = (own < found.fitted) & (not channel.witness)
         residual, promised = -seen.residual[own][:, columns], seen.promised[own][:, columns]
         known = np.asarray(best.problem.known)[own][:, columns]
         held_used = ~((residual**2 * known).sum(axis=1) / (promised.max(axis=1) ** 2) > 4.0 * group.limit)
@@ -181,6 +192,7 @@ def _channels(found, best, seen, point, counted) -> dict[str, ChannelFit]:
             delay_s=delay[0] if delay else None,
             delay_sigma_s=delay[1] if delay else None,
             breaks=breaks,
+            witness=channel.witness,
         )
     return result
 

@@ -9,7 +9,7 @@ from fitting.identify import Identified, Minimum
 from fitting.parameters.names import STATE, part_of
 from fitting.solvers.least_squares import Point
 from fitting.solvers.refine import PLAIN
-from fitting.starts.multi_start import Stage, solve
+from fitting.starts.multi_start import Stage, Starts, advance
 
 ITERATIONS = 12
 
@@ -23,20 +23,12 @@ def worth(found: Identified, best: Minimum, point: Point) -> dict[str, float]:
     if not parts:
         return {}
     last = int(np.flatnonzero(best.problem.valid)[-1])
-    weight = np.asarray(point.weight)
-    rises = {}
-    base = solve(
-        best.problem,
-        parameters,
-        Stage(last, 1, 2, PLAIN, parameters.everything),
-        np.asarray(point.x)[None],
-        np.asarray(point.reference)[None],
-        weight[None],
-    )
-    for part in parts:
-        held = names == part
-        x = np.where(held, 0.0, np.asarray(point.x))[None]
-        stage = Stage(last, 1, ITERATIONS, PLAIN, parameters.everything & ~held)
-        moved = solve(best.problem, parameters, stage, x, np.asarray(point.reference)[None], weight[None])
-        rises[part] = 2.0 * float(moved.cost[0] - base.cost[0])
-    return dict(sorted(rises.items(), key=lambda item: -item[1]))
+    # The first one holds nothing: what the others are compared with.
+    held = np.array([np.zeros(len(names), bool), *(names == part for part in parts)])
+    x = np.where(held, 0.0, np.asarray(point.x))
+    count = len(held)
+    reference, weight = (np.repeat(np.asarray(leaf)[None], count, 0) for leaf in (point.reference, point.weight))
+    stage = Stage(last, count, ITERATIONS, PLAIN, parameters.everything & ~held)
+    moved = advance(best.problem, parameters, stage, Starts(x, reference, np.zeros(count)), weight)
+    rises = 2.0 * (moved.cost[1:] - moved.cost[0])
+    return {parts[k]: float(rises[k]) for k in np.argsort(-rises)}

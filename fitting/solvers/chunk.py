@@ -2,7 +2,9 @@
 
 from collections.abc import Callable
 
+import equinox as eqx
 import jax
+import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from fitting.measurements.abstract import AbstractProblem
@@ -33,11 +35,17 @@ def _solve_chunk(
     reference: Float[Array, "starts 4"],
     weight: Float[Array, "starts samples channels"],
 ) -> Point:
-    """Minima of a few starts by a solver of `EVALUATIONS`; every leaf of the result has the starts in front."""
+    """Minima of a few starts by a solver of `EVALUATIONS`; every leaf of the result has the starts in front.
+
+    `settings.active` has them too: what moves may differ from start to start.
+    """
     solve = _named(solver)
-    return jax.vmap(lambda x, reference, weight: solve(problem, parameters, settings, bounds, x, reference, weight))(
-        x, reference, weight
-    )
+
+    def one(active, x, reference, weight):
+        own = eqx.tree_at(lambda s: s.active, settings, active)
+        return solve(problem, parameters, own, bounds, x, reference, weight)
+
+    return jax.vmap(one)(jnp.asarray(settings.active), x, reference, weight)
 
 
 solve_chunk = Stored(_solve_chunk)

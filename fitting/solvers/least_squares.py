@@ -42,8 +42,8 @@ class Settings(eqx.Module):
     """Steps tried, accepted or not."""
     robust_scale: Float[Array | np.ndarray, ""]
     """Residual, in sigmas, beyond which a measurement counts linearly; very large for plain least squares."""
-    active: Bool[Array | np.ndarray, " unknowns"]
-    """Unknowns that may move in this stage."""
+    active: Bool[Array | np.ndarray, "*starts unknowns"]
+    """Unknowns that may move in this stage; of a chunk of starts those of each."""
     tail: Float[Array | np.ndarray, ""]
     """Degrees of freedom of Student's distribution of a sample; very large for the normal one."""
     ceiling: Float[Array | np.ndarray, ""]

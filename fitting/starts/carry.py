@@ -1,12 +1,14 @@
 """Starts at one sample carried to the first: the search begins where something is seen, the motion before that."""
 
+from dataclasses import replace
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.measurements.abstract import PAD_STEPS, RATE_UNIT
-from fitting.measurements.assembly import Samples, with_commands
+from fitting.measurements.assembly import Samples, commands_of
 from fitting.measurements.sensed import initial_state
 from fitting.measurements.sky import Around, nodes_at
 from fitting.parameters.free import FreeLeaves, FreeParameters
@@ -57,10 +59,13 @@ def carried_back(
     max_step: float,
 ) -> Starts:
     """Starts at sample number `begin` as starts at the first; steps of `max_step` [s] at most."""
-    grid = StepGrid.through(samples.t[:1], start=samples.t[begin], max_step=max_step, pad_steps=PAD_STEPS)
+    commands = commands_of(model, samples)
+    stops = None if commands is None else commands.jumps()
+    grid = StepGrid.through(samples.t[:1], start=samples.t[begin], max_step=max_step, stops=stops, pad_steps=PAD_STEPS)
     nodes = np.asarray(grid.node_times)
     table = nodes_at(around, nodes, sun_directions(samples.epoch, nodes) if around.pushed else None)
-    table = with_commands(table, model, grid, samples)
+    if commands is not None:
+        table = replace(table, commands=commands(nodes))
     count = len(starts.cost)
     order = np.concatenate([np.arange(count), np.zeros(-count % TOGETHER, dtype=int)])
     found = [

@@ -7,7 +7,7 @@ the spread of the survivors' rates and short enough that they stay inside the ba
 
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import jax
@@ -45,7 +45,7 @@ class Stage:
     iterations: int
     robust_scale: float
     active: np.ndarray
-    """[unknowns] bool."""
+    """[unknowns] or [starts unknowns] bool."""
     tail: float = NONE
     ceiling: float = NONE
     """As in `Settings`."""
@@ -105,10 +105,13 @@ def _solve(problem, parameters, stage, x, reference, weight, select: Callable[[P
     inside = np.arange(weight.shape[-2]) <= stage.last_sample
     weight = np.broadcast_to(weight * inside[:, None], (count, len(inside), weight.shape[-1]))
     order = np.concatenate([np.arange(count), np.zeros(-count % CHUNK, dtype=int)])
-    common = (problem, parameters.tree, stage.solver, _settings(problem, stage), parameters.bounds())
+    active = np.broadcast_to(stage.active, x.shape)
+    settings = _settings(problem, stage)
 
     def run(part):
-        return jax.device_get(select(solve_chunk(*common, x[part], reference[part], weight[part])))
+        own = replace(settings, active=active[part])
+        arguments = (problem, parameters.tree, stage.solver, own, parameters.bounds())
+        return jax.device_get(select(solve_chunk(*arguments, x[part], reference[part], weight[part])))
 
     # XLA runs a program of this size on one core and releases the GIL: two threads use two cores.
     with ThreadPoolExecutor(2) as pool:
@@ -122,7 +125,7 @@ def compile_solvers(problem: AbstractProblem, parameters: Parametrization, solve
     See `Stored.compile`.
     """
     unknowns, samples = len(parameters.everything), len(problem.valid)
-    settings = _settings(problem, Stage(0, 1, 0, 1.0, np.zeros(unknowns, bool)))
+    settings = _settings(problem, Stage(0, 1, 0, 1.0, np.zeros((CHUNK, unknowns), bool)))
     starts = (np.zeros((CHUNK, unknowns)), np.zeros((CHUNK, 4)), np.zeros((CHUNK, samples, problem.channels)))
     common = (settings, parameters.bounds(), *starts)
     return [

@@ -131,7 +131,8 @@ def last_state(changes, q, w, grid, table, tableau=RK4, checkpoint_every=None):
 def laid(grid):
     """A grid and the table at its nodes."""
     grid = jax.tree.map(jnp.asarray, grid)
-    return grid, OrbitTable(*map(jnp.asarray, environment(np.asarray(grid.node_times))))
+    position, b_field = environment(np.asarray(grid.node_times))
+    return grid, OrbitTable(jnp.asarray(position), jnp.asarray(b_field))
 
 
 END = np.array([DURATION])

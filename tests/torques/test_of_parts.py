@@ -1,5 +1,7 @@
 """The torques that follow from a satellite's parts: which, in which order, and a motion by each set of them."""
 
+import dataclasses
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -47,8 +49,7 @@ AIR_AND_SUN = {
     "sun_eci": jnp.asarray([0.0, 0.6, 0.8]),
     "solar_pressure": jnp.asarray(4.4e-6),
 }
-COLUMNS = {field: getattr(POINT, field) for field in ("position_eci", "b_field_eci", "b_rate_eci")}
-WINDY = OrbitTable(**COLUMNS, **AIR_AND_SUN)
+WINDY = dataclasses.replace(POINT, **AIR_AND_SUN)
 
 slope = eqx.filter_jit(derivative)
 
