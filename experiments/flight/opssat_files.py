@@ -77,7 +77,7 @@ def excerpt(source: Path) -> None:
     attitude, diodes = read_attitude(source / ATTITUDE), read_diodes(source / DIODES)[::2]
     place = np.searchsorted(diodes[:, 0], attitude[:, 0])
     near = [np.abs(diodes[np.clip(place + k, 0, len(diodes) - 1), 0] - attitude[:, 0]) for k in (-1, 0)]
-    write_tables(attitude[np.minimum(*near) < 30.0], diodes, EXCERPT, 4)
+    write_tables(attitude[np.minimum(*near) < 16.0], diodes, EXCERPT, 4)
 
 
 if __name__ == "__main__":
