@@ -232,6 +232,7 @@ def surroundings(satellite: Satellite, session: TableSession) -> Around:
         np.asarray(EARTH_RADIUS_MEAN),
         field_rate=craft.hysteresis_rods is not None,
         pushed=craft.facets is not None,
+        sharp=satellite.shadow == "cylinder",
     )
 
 
