@@ -12,6 +12,7 @@ import numpy as np
 
 from fitting.identify import Identified, Search, identify
 from fitting.measurements.assembly import Samples, build_sensed
+from fitting.measurements.given import is_told
 from fitting.measurements.sky import Around
 from fitting.orbit.orbit_fit import fit_orbit
 from fitting.outcome.looking import look_at
@@ -182,6 +183,9 @@ def fit_table(
         raise InputError("no channel of the satellite file has a reading in the table", file=session.paths[0])
     around = surroundings(satellite, session)
     given = motion_for(satellite, session, around.orbit)
+    remarks = ()
+    if given is not None:
+        channels, remarks = _where_told(channels, given, session)
     samples = Samples.of(channels, session.epoch, dict(session.columns), given)
     late = {leaf.place for leaf in leaves if leaf.name in free or leaf.sigma is not None}
     delayed = tuple(
@@ -218,7 +222,8 @@ def fit_table(
     result = summarize_sensed(found)
     timing = {**result.timing_s, "prepare": result.timing_s["prepare"] + prepared}
     timing["total"] = time.perf_counter() - began
-    return SensedFit(dataclasses.replace(result, timing_s=timing), found, session, satellite, settings, around)
+    result = dataclasses.replace(result, timing_s=timing, remarks=(*remarks, *result.remarks))
+    return SensedFit(result, found, session, satellite, settings, around)
 
 
 def surroundings(satellite: Satellite, session: TableSession) -> Around:
@@ -254,3 +259,18 @@ def _of_witness(leaf: Leaf, session: TableSession) -> bool:
 def _within(channel, arc_s):
     inside = (channel.t_s >= arc_s[0]) & (channel.t_s <= arc_s[1])
     return replace(channel, t_s=channel.t_s[inside], values=channel.values[inside])
+
+
+def _where_told(channels, given, session):
+    """The channels while the given motion is told, and remarks on what is left out elsewhere."""
+    found, remarks = {}, []
+    for name, channel in channels.items():
+        inside = is_told(given, channel.t_s)
+        if not inside.all():
+            left = f"{int((~inside).sum())} of {inside.size} samples of {name}"
+            remarks.append(f"{left} stand where no two quaternions follow each other, and are not used")
+        if inside.any():
+            found[name] = replace(channel, t_s=channel.t_s[inside], values=channel.values[inside])
+    if not found:
+        raise InputError("no reading of any channel where the motion is given", file=session.paths[0])
+    return found, tuple(remarks)

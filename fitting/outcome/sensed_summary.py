@@ -14,7 +14,7 @@ from fitting.outcome.breaks import find_breaks, stamp_delay
 from fitting.outcome.looking import Look, look_at
 from fitting.outcome.result import FittedParameter
 from fitting.outcome.sensed_result import ChannelFit, Holdout, SensedResult
-from fitting.outcome.sensed_verdict import Evidence, judge
+from fitting.outcome.sensed_verdict import FAR_OFF, HELD_BY_PRIOR, Evidence, judge
 from fitting.outcome.uncertainty import correlations, field_angle_sigma, promised_saving
 from fitting.outcome.worth import worth
 from fitting.parameters.free import FreeParameters
@@ -25,6 +25,8 @@ FAINT = 0.25
 """A reading at the telemetry's floor says nothing where the model has less than this [sigma]."""
 HELD = 0.5
 """Share of a prior's variance that is left where its parameter is called held by it."""
+FAR_SIGMAS = 3.0
+"""Of the satellite file, beyond which a value is called far off."""
 
 
 def summarize_sensed(found: Identified, *, with_worth: bool = True) -> SensedResult:
@@ -121,12 +123,14 @@ def _parameters(
         if name and flag:
             notes[name] = "at its bound"
         elif name and held > HELD and name not in parameters.gauged_leaves:
-            notes[name] = "held by its prior"
+            notes[name] = HELD_BY_PRIOR
     free = {name for name in unknowns if name} if parameters.free_motion else {name for name in unknowns[6:] if name}
-    table = []
+    table, nominal = [], np.asarray(parameters.tree.nominal)
     for number, leaf in enumerate(parameters.leaves):
         s = float(sigma[len(STATE) + number])
         known = leaf.name in free and 0.0 < s < np.inf
+        if known and leaf.sigma is not None and abs(seen.values[number] - nominal[number]) > FAR_SIGMAS * leaf.sigma:
+            notes.setdefault(leaf.name, FAR_OFF)
         value = float(seen.values[number] * leaf.to_unit)
         note = notes.get(leaf.name, "")
         table.append(FittedParameter(leaf.name, value, s if known else None, leaf.unit, leaf.name in free, note))

@@ -29,6 +29,8 @@ MOST_LEFT_OUT = 0.25
 """Share of a channel's readings that may be left out."""
 TOO_FAR = 2.0
 """Held-out error over the promised one beyond which a fit does not predict."""
+HELD_BY_PRIOR, FAR_OFF = "held by its prior", "far off its prior"
+"""Notes on a parameter."""
 LATE_SIGMAS = 5.0
 """Of a delay that residuals show, beyond which it is told."""
 
@@ -145,7 +147,12 @@ def _remarks(evidence: Evidence):
                 f"{name} breaks at {each.t_s:.0f} s: from there on a turn of {each.turn_deg:.1f} deg and a bias of "
                 f"{each.bias:.3g} {channel.unit} explain what is left"
             )
-    held = [name for name, note in evidence.notes.items() if note == "held by its prior"]
+    held, far = ([name for name, note in evidence.notes.items() if note == which] for which in (HELD_BY_PRIOR, FAR_OFF))
     if held:
         yield f"held by their priors, the data say nothing of them: {', '.join(held)}"
-    yield from (f"{name} is {note}" for name, note in evidence.notes.items() if note != "held by its prior")
+    if far:
+        yield (
+            f"further from the file's values than its sigmas allow: {', '.join(far)}; look at what scales with them, "
+            "such as a coil's area, and at units"
+        )
+    yield from (f"{name} is {note}" for name, note in evidence.notes.items() if note not in (HELD_BY_PRIOR, FAR_OFF))

@@ -91,6 +91,9 @@ def test_a_magnetometer_by_name_and_size(drafted, unit, factor):
     assert np.allclose(np.linalg.norm(mag.values, axis=1), 3.5e-5, rtol=0.02)
     assert 0.5e-7 < mag.sigma < 2e-7
     assert "mass_kg = 1.0                  # CHANGE" in text and "neither name nor size" not in text
+    # A box is no body: what moves the satellite is free, or no fit is one.
+    free = {leaf.name for leaf in satellite.leaves if leaf.sigma is not None}
+    assert {"inertia.xx", "inertia.yz", "magnet.x"} <= free and "albedo.diffuse" not in free
 
 
 def test_a_direction_alone_is_a_unit_vector(drafted):
@@ -116,6 +119,7 @@ def test_many_sensors_in_one_table(drafted):
     assert satellite.columns == dict.fromkeys(["coil_x_mA", "coil_y_mA", "coil_z_mA"], "mA")
     assert session.epoch.iso() == "2021-05-01T00:00:00.000"
     assert "Columns of which nothing is made: ax, ay, az, battery" in text
+    assert "albedo.diffuse" in {leaf.name for leaf in satellite.leaves if leaf.sigma is not None}
 
 
 @pytest.mark.parametrize(

@@ -34,7 +34,8 @@ def drafted(path: str | Path) -> str:
     groups = grouped(list(values))
     guesses = [guess for group in groups if (guess := guessed(group, np.stack([values[n] for n in group.columns], 1)))]
     used = {name for guess in guesses for name in guess.group.columns} | {stamps.column}
-    parts = [_head(table), _orbit(guesses, table), _time(stamps), _rows(not_measured), *_commands(guesses)]
+    parts = [_head(table), *_albedo(guesses), _orbit(guesses, table), _time(stamps), _rows(not_measured)]
+    parts += _commands(guesses)
     names: list[str] = []
     for guess in guesses:
         if guess.kind in _TITLES:
@@ -78,11 +79,18 @@ def _head(table: RawTable) -> str:
 [body]
 mass_kg = 1.0                  # CHANGE
 size_m = [0.1, 0.1, 0.1]       # CHANGE: edges along the body axes
-# inertia_kg_m2 = {{value = [0.0017, 0.0017, 0.0017], sigma = 0.0002}}    # in place of that of a uniform box
+inertia_kg_m2 = {{value = [0.0017, 0.0017, 0.0017], sigma = 0.0002}}    # CHANGE: of a box, mass / 12 (y2 + z2), ...
 
 [magnet]                       # a wide prior: a dipole that nobody mentions is found
 dipole_A_m2 = {{value = [0.0, 0.0, 0.0], sigma = 1.0}}
 """
+
+
+def _albedo(guesses: list[Guess]) -> list[str]:
+    """Of the Earth, whose light cells see."""
+    if not any(guess.kind in ("photodiodes", "panels") for guess in guesses):
+        return []
+    return ["[albedo]                       # of the Earth\ndiffuse = {value = 0.3, sigma = 0.2}\n"]
 
 
 def _orbit(guesses: list[Guess], table: RawTable) -> str:
