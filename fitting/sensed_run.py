@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -137,7 +137,9 @@ class SensedFit:
         )
 
 
-def chosen_leaves(leaves: Sequence[Leaf], free: Sequence[str] | None, aliases: dict | None = None) -> tuple[str, ...]:
+def chosen_leaves(
+    leaves: Sequence[Leaf], free: Sequence[str] | None, aliases: Mapping[str, Sequence[str]] | None = None
+) -> tuple[str, ...]:
     """Names of the free leaves; raises `InputError` naming the first item that is none, with a suggestion."""
     if free is None:
         return tuple(leaf.name for leaf in leaves if leaf.sigma is not None)
@@ -145,8 +147,7 @@ def chosen_leaves(leaves: Sequence[Leaf], free: Sequence[str] | None, aliases: d
     prefixes = {".".join(name.split(".")[:k]) for name in names for k in range(1, name.count(".") + 2)}
     chosen: set[str] = set()
     for item in (part.strip() for part in free):
-        expanded = (aliases or {}).get(item, [item])
-        for each in expanded:
+        for each in _spelt_out(item, aliases or {}):
             found = [name for name in names if name == each or name.startswith(f"{each}.")]
             if not found and each != "state":
                 close = get_close_matches(each, sorted(prefixes), n=1)
@@ -154,6 +155,14 @@ def chosen_leaves(leaves: Sequence[Leaf], free: Sequence[str] | None, aliases: d
                 raise InputError(f"unknown free parameter {each!r}{hint}", field="free")
             chosen.update(found)
     return tuple(name for name in names if name in chosen)
+
+
+def _spelt_out(item: str, aliases: Mapping[str, Sequence[str]]) -> Sequence[str]:
+    """What an alias stands for, also where it begins a longer name, as gains in gains.+x."""
+    if item in aliases:
+        return aliases[item]
+    head, dot, tail = item.partition(".")
+    return [f"{each}.{tail}" for each in aliases[head]] if dot and head in aliases else [item]
 
 
 def fit_table(
@@ -172,7 +181,7 @@ def fit_table(
     settings = settings or SensedSettings()
     began = time.perf_counter()
     model, leaves, kind = satellite.model, satellite.leaves, satellite.motion.kind
-    free = chosen_leaves(leaves, settings.free, dict(satellite.aliases))
+    free = chosen_leaves(leaves, settings.free, satellite.aliases)
     if settings.free is None:
         free = tuple(leaf.name for leaf in leaves if leaf.name in free and not _of_witness(leaf, session))
     channels = {name: channel for name, channel in session.channels.items() if np.isfinite(channel.values).any()}
@@ -236,6 +245,7 @@ def surroundings(satellite: Satellite, session: TableSession) -> Around:
         np.asarray(EARTH_RADIUS_MEAN),
         field_rate=craft.hysteresis_rods is not None,
         pushed=craft.facets is not None,
+        sharp=satellite.shadow == "cylinder",
     )
 
 
