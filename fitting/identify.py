@@ -14,7 +14,7 @@ from fitting.parameters.free import INERTIA_PLACE, FreeParameters
 from fitting.solvers.refine import Refined, candidates, refine
 from fitting.starts.carry import carried_back
 from fitting.starts.conventions import Convention, conventions, with_axes
-from fitting.starts.ladder import first_guesses, telling_samples
+from fitting.starts.ladder import directed_samples, first_guesses, telling_samples
 from fitting.starts.multi_start import HOPELESS, Progress, Stage, advance, compile_solvers, distinct
 from fitting.starts.sights import Sights, sights_of
 from fitting.starts.stretches import longest_stretch
@@ -26,8 +26,8 @@ COARSE_TOLERANCE, FINE_TOLERANCE = 4e-2, 2e-4
 """Integration error over the session allowed while arcs grow and at the end [rad]."""
 FIRST_ARC, ARC_GROWTH = 7, 1.57
 """Telling samples of the first arc, and how much longer each next one is."""
-KEEP = (24, 12, 8, 6)
-"""Starts of each convention that enter the second, third, ... arc."""
+KEEP = (48, 32, 24, 16, 12, 8)
+"""Starts that enter the second, third, ... arc; half of them of each convention where several are tried."""
 ROBUST_SCALE = 5.0
 SURE_RATE = np.radians(1.5)
 """Radius of the ball of rates where nothing else is known [rad/s]."""
@@ -117,7 +117,8 @@ def identify(
     use[fitted - begin :] = 0.0
     if samples.given is None:
         runs = [_Run(each, with_axes(coarse, each), part, fastest, search, parameters) for each in found]
-        _grow(runs, telling[telling >= begin] - begin, fitted - begin - 1, parameters, use, progress)
+        seen = directed_samples(sights)
+        _grow(runs, seen[(seen >= begin) & (seen < fitted)] - begin, fitted - begin - 1, parameters, use, progress)
     else:
         runs = [_Run(each, with_axes(coarse, each), part, fastest, search, parameters, count=1) for each in found[:8]]
     fine_step = _fine_step(runs, search, whole_span)
@@ -151,13 +152,14 @@ class _Run:
         self.starts = guesses.starts(len(parameters.everything))
 
 
-def _grow(runs: list[_Run], telling: np.ndarray, last: int, parameters: FreeParameters, use, progress) -> None:
+def _grow(runs: list[_Run], seen: np.ndarray, last: int, parameters: FreeParameters, use, progress) -> None:
     """Ever longer arcs; in place. Starts and conventions that are far worse than the best are given up."""
-    stages = arcs(telling, last, parameters)
+    stages = arcs(seen, last, parameters)
     for number, stage in enumerate(stages):
         progress("growing arcs", number, len(stages))
         for run in runs:
-            kept = run.starts.take(np.arange(min(stage.keep, len(run.starts.cost))))
+            most = stage.keep if len(runs) < 4 else stage.keep // 2
+            kept = run.starts.take(np.arange(min(most, len(run.starts.cost))))
             moved = advance(run.problem, parameters, stage, kept, use)
             run.starts = moved.take(distinct(moved, attitude=2e-3, rate=2e-3))
         runs[:] = [run for run in runs if len(run.starts.cost)]
@@ -171,19 +173,21 @@ def _grow(runs: list[_Run], telling: np.ndarray, last: int, parameters: FreePara
             runs[:] = [run for run in runs if len(run.starts.cost)]
             # The longer the arc, the fewer conventions can be meant.
             del runs[max(24 >> number, 3) :]
+    # Nothing that the fine grid or a sample left out changes halves the cost of a wrong convention alone.
+    runs[:] = [run for run in runs if run.starts.cost[0] <= 2.0 * runs[0].starts.cost[0] + 50.0]
     progress("growing arcs", len(stages), len(stages))
 
 
-def arcs(telling: np.ndarray, last: int, parameters: FreeParameters) -> list[Stage]:
-    """Arcs by their number of telling samples; what is free grows with them, under the priors."""
+def arcs(seen: np.ndarray, last: int, parameters: FreeParameters) -> list[Stage]:
+    """Arcs by their number of samples that see something; what is free grows with them, under the priors."""
     names = [leaf.name for leaf in parameters.leaves]
     inertia = {leaf.name for leaf in parameters.leaves if leaf.place == INERTIA_PLACE}
     state, everything = parameters.active([]), parameters.everything
     without_inertia = parameters.active([name for name in names if name not in inertia])
 
     def stage(count: float, keep: int, iterations: int, active: np.ndarray) -> Stage:
-        whole = count * 1.2 >= len(telling)
-        sample = last if whole else int(telling[int(round(count)) - 1])
+        whole = count * 1.2 >= len(seen)
+        sample = last if whole else int(seen[int(round(count)) - 1])
         return Stage(sample, keep, iterations, ROBUST_SCALE, active)
 
     count: float = FIRST_ARC

@@ -12,7 +12,9 @@ import numpy as np
 
 from fitting.identify import Identified, Search, identify
 from fitting.measurements.assembly import Samples, build_sensed
+from fitting.measurements.given import is_told
 from fitting.measurements.sky import Around
+from fitting.orbit.orbit_fit import fit_orbit
 from fitting.outcome.looking import look_at
 from fitting.outcome.sensed_result import SensedResult
 from fitting.outcome.sensed_summary import summarize_sensed
@@ -22,7 +24,7 @@ from fitting.report.sensed.files import owned_files, write_sensed
 from fitting.sensed_settings import SensedSettings
 from fitting.starts.multi_start import Progress
 from jaxsat.constants import EARTH_RADIUS_MEAN, EARTH_ROTATION_RATE
-from jaxsat.environment import igrf_field
+from jaxsat.environment import AbstractOrbit, igrf_field
 from jaxsat.errors import InputError
 from jaxsat.files.staging import staged_directory
 from jaxsat.satellites import Satellite
@@ -172,6 +174,8 @@ def fit_table(
     began = time.perf_counter()
     model, leaves, kind = satellite.model, satellite.leaves, satellite.motion.kind
     free = chosen_leaves(leaves, settings.free, dict(satellite.aliases))
+    if settings.free is None:
+        free = tuple(leaf.name for leaf in leaves if leaf.name in free and not _of_witness(leaf, session))
     channels = {name: channel for name, channel in session.channels.items() if np.isfinite(channel.values).any()}
     if settings.arc_s is not None:
         channels = {name: _within(channel, settings.arc_s) for name, channel in channels.items()}
@@ -179,12 +183,15 @@ def fit_table(
         raise InputError("no channel of the satellite file has a reading in the table", file=session.paths[0])
     around = surroundings(satellite, session)
     given = motion_for(satellite, session, around.orbit)
+    remarks = ()
+    if given is not None:
+        channels, remarks = _where_told(channels, given, session)
     samples = Samples.of(channels, session.epoch, dict(session.columns), given)
     late = {leaf.place for leaf in leaves if leaf.name in free or leaf.sigma is not None}
     delayed = tuple(
         name for name in channels if f"delays.{name}" in late or float(np.asarray(model.delays[name])) != 0.0
     )
-    parameters = free_parameters(model, leaves, free, free_motion=kind == "free")
+    parameters = free_parameters(model, leaves, free, free_motion=kind == "free", held=satellite.held)
     begin, end = float(samples.t[0]), float(samples.t[-1])
     search = Search(
         starts=settings.starts,
@@ -193,7 +200,10 @@ def fit_table(
         longest_step=settings.step_s,
         likelihood=settings.likelihood,
     )
-    unknown = {name: each for name, each in satellite.conventions.items() if name in channels}
+    fitted = [name for name, channel in channels.items() if not channel.witness]
+    if not fitted:
+        raise InputError("no channel that is fitted has a reading in the table", file=session.paths[0])
+    unknown = {name: each for name, each in satellite.conventions.items() if name in fitted}
     prepared = time.perf_counter() - began
     try:
         found = identify(
@@ -212,14 +222,15 @@ def fit_table(
     result = summarize_sensed(found)
     timing = {**result.timing_s, "prepare": result.timing_s["prepare"] + prepared}
     timing["total"] = time.perf_counter() - began
-    return SensedFit(dataclasses.replace(result, timing_s=timing), found, session, satellite, settings, around)
+    result = dataclasses.replace(result, timing_s=timing, remarks=(*remarks, *result.remarks))
+    return SensedFit(result, found, session, satellite, settings, around)
 
 
 def surroundings(satellite: Satellite, session: TableSession) -> Around:
     """Orbit, field and Earth of a session."""
     craft = satellite.model.spacecraft
     return Around(
-        orbit_for(satellite, session),
+        _orbit(satellite, session),
         igrf_field(session.epoch.decimal_year()),
         np.asarray(greenwich_angle(session.epoch)),
         np.asarray(EARTH_ROTATION_RATE),
@@ -229,6 +240,36 @@ def surroundings(satellite: Satellite, session: TableSession) -> Around:
     )
 
 
+def _orbit(satellite: Satellite, session: TableSession) -> AbstractOrbit:
+    columns = satellite.orbit.columns
+    if columns is None or columns.law != "kepler" or session.positions is None or session.velocities is None:
+        return orbit_for(satellite, session)
+    return fit_orbit(*session.positions, session.velocities, file=session.paths[0]).orbit
+
+
+def _of_witness(leaf: Leaf, session: TableSession) -> bool:
+    """Whether it is a number of a sensor that is only asked whether it agrees."""
+    return any(
+        channel.witness and leaf.place.startswith((f"sensors.{name}.", f"delays.{name}"))
+        for name, channel in session.channels.items()
+    )
+
+
 def _within(channel, arc_s):
     inside = (channel.t_s >= arc_s[0]) & (channel.t_s <= arc_s[1])
     return replace(channel, t_s=channel.t_s[inside], values=channel.values[inside])
+
+
+def _where_told(channels, given, session):
+    """The channels while the given motion is told, and remarks on what is left out elsewhere."""
+    found, remarks = {}, []
+    for name, channel in channels.items():
+        inside = is_told(given, channel.t_s)
+        if not inside.all():
+            left = f"{int((~inside).sum())} of {inside.size} samples of {name}"
+            remarks.append(f"{left} stand where no two quaternions follow each other, and are not used")
+        if inside.any():
+            found[name] = replace(channel, t_s=channel.t_s[inside], values=channel.values[inside])
+    if not found:
+        raise InputError("no reading of any channel where the motion is given", file=session.paths[0])
+    return found, tuple(remarks)

@@ -5,6 +5,9 @@ from pathlib import Path
 BUNDLED = Path(__file__).parent / "data" / "munin" / "b-specular50.RAW_SUN"
 """The session taken where no file is given. All sessions beside it are synthetic, and results say so."""
 
+MUNIN_SATELLITE = Path(__file__).parent / "satellites" / "munin.sat.toml"
+"""Satellite file of these sessions."""
+
 
 def told_names(path: Path) -> tuple[str, str]:
     """Returns the file as results name it, and a short name for titles; bundled ones with the word synthetic."""

@@ -9,8 +9,9 @@ import numpy as np
 
 from fitting.measurements.abstract import PAD_SAMPLES, PAD_STEPS
 from fitting.measurements.floor import NO_FLOOR
+from fitting.measurements.given import motion_at
 from fitting.measurements.groups import Group, Groups, over_columns
-from fitting.measurements.sensed import Motion, SensedProblem
+from fitting.measurements.sensed import SensedProblem
 from fitting.measurements.sky import Around, nodes_at, sky_at
 from jaxsat.environment import Commands, sun_directions
 from jaxsat.integrators import StepGrid
@@ -120,7 +121,7 @@ def build_sensed(
         floor=np.pad(_floors(samples, model, groups), ((0, extra), (0, 0)), constant_values=NO_FLOOR),
         bright=np.pad(_bright(samples, model, groups), ((0, extra), (0, 0))),
         model=model,
-        motion=None if free else _given(samples, padded_t),
+        motion=None if samples.given is None else motion_at(samples.given, padded_t),
         of_sensors=groups,
         delayed=delayed,
     )
@@ -175,6 +176,8 @@ def usable(problem: SensedProblem, samples: Samples) -> np.ndarray:
     wild = np.pad(_wild(samples), ((0, len(problem.valid) - len(samples.t)), (0, 0)))
     weight = np.asarray(problem.known, float) * np.asarray(problem.valid)[:, None]
     weight[over_columns(wild, problem.groups)] = 0.0
+    witness = np.array([samples.channels[group.name].witness for group in problem.groups])
+    weight[:, over_columns(witness, problem.groups)] = 0.0
     if problem.sky.light is None:
         return weight
     share = np.asarray(problem.sky.light.illumination)
@@ -191,17 +194,3 @@ def _wild(samples: Samples) -> np.ndarray:
         measured = size[np.isfinite(rows).any(axis=1)]
         found.append(size > OUT_OF_RANGE * np.quantile(measured, 0.9))
     return np.stack(found, axis=1)
-
-
-def _given(samples: Samples, t: np.ndarray) -> Motion:
-    """Attitude and rates of a given motion at the times, along the great circle between two quaternions."""
-    from scipy.spatial.transform import Rotation, RotationSpline
-
-    assert samples.given is not None
-    times, quaternions = samples.given
-    spline = RotationSpline(times, Rotation.from_quat(quaternions, scalar_first=True))
-    inside = np.clip(t, times[0], times[-1])
-    # SciPy's rates are those of the axes it turns to: of the body in its own axes for inertial from body.
-    q, w, a = spline(inside), spline(inside, 1), spline(inside, 2)
-    back = q.inv()
-    return Motion(q.as_quat(scalar_first=True), back.apply(w), back.apply(a))

@@ -78,6 +78,8 @@ class ChannelFit:
     """Of its stamps by the residuals, where the fit has none of its own."""
     delay_sigma_s: float | None
     breaks: tuple[Break, ...] = ()
+    witness: bool = False
+    """Not fitted, but asked whether it agrees: all its readings count as held out."""
 
 
 @dataclass(frozen=True)
@@ -111,6 +113,8 @@ class SensedResult:
     """Conventions that were found for sensors whose axes were unknown."""
     alternatives: tuple[dict, ...] = ()
     """Other motions or conventions: `chi2_above_best`, `attitude_distance_deg`, `axes`."""
+    gauge: str | None = None
+    """What is held by definition, for no channel tells it."""
     timing_s: Mapping[str, float] = field(default_factory=dict)
     field_angle_deg: np.ndarray | None = None
     """[time] between body x and the magnetic field."""

@@ -85,9 +85,16 @@ def summarize_sensed(found: Identified, *, with_worth: bool = True) -> SensedRes
         axes=best.convention.spelt(),
         alternatives=alternatives,
         timing_s=found.timing_s,
+        gauge=_gauge_text(parameters),
         field_angle_deg=np.degrees(np.arctan2(np.linalg.norm(field[:, 1:], axis=1), field[:, 0])),
         field_angle_sigma_deg=np.degrees(field_angle_sigma(field, seen.rotation_covariance[:n])),
     )
+
+
+def _gauge_text(parameters: FreeParameters) -> str | None:
+    said = {"magnet": "|magnet|"}
+    names = [said.get(name, f"the mean of {name}") for name in parameters.gauged]
+    return f"{' and '.join(names)} held at the nominal value, for the data tell ratios to it alone" if names else None
 
 
 def _informative(minimum: Minimum, seen: Look) -> np.ndarray:
@@ -115,7 +122,7 @@ def _parameters(
     for name, flag, held in zip(unknowns, seen.pressed, share, strict=True):
         if name and flag:
             notes[name] = "at its bound"
-        elif name and held > HELD:
+        elif name and held > HELD and name not in parameters.gauged_leaves:
             notes[name] = HELD_BY_PRIOR
     free = {name for name in unknowns if name} if parameters.free_motion else {name for name in unknowns[6:] if name}
     table, nominal = [], np.asarray(parameters.tree.nominal)
@@ -139,7 +146,7 @@ def _channels(found, best, seen, point, counted) -> dict[str, ChannelFit]:
         channel, rows = samples.channels[group.name], samples.values[group.name]
         own = np.flatnonzero(np.isfinite(rows).any(axis=1))
         sensor = seen.model.sensors[group.name]
-        fitted = own < found.fitted
+        fitted = (own < found.fitted) & (not channel.witness)
         residual, promised = -seen.residual[own][:, columns], seen.promised[own][:, columns]
         known = np.asarray(best.problem.known)[own][:, columns]
         held_used = ~((residual**2 * known).sum(axis=1) / (promised.max(axis=1) ** 2) > 4.0 * group.limit)
@@ -185,6 +192,7 @@ def _channels(found, best, seen, point, counted) -> dict[str, ChannelFit]:
             delay_s=delay[0] if delay else None,
             delay_sigma_s=delay[1] if delay else None,
             breaks=breaks,
+            witness=channel.witness,
         )
     return result
 

@@ -62,6 +62,10 @@ def judge(evidence: Evidence) -> tuple[str, str, str, tuple[str, ...]]:
     if not (np.isfinite(evidence.cost) and evidence.promise <= STALLED_DECREMENT):
         reason = f"the solver stopped short of the minimum (a step would still save {evidence.promise:.2g})"
         return NOT_CONVERGED, UNDETERMINED, reason, remarks
+    denied = [name for name, channel in evidence.channels.items() if denies(channel)]
+    if denied:
+        reason = "; ".join(witness_text(evidence.channels[name]) for name in denied)
+        return NOT_CONVERGED, WRONG_MODEL, reason, remarks
     # Residuals larger than stated make all differences of chi2 larger.
     equals = [a for a in evidence.alternatives if a["chi2_above_best"] < WITHIN * max(1.0, evidence.ratio)]
     if equals:
@@ -78,12 +82,32 @@ def judge(evidence: Evidence) -> tuple[str, str, str, tuple[str, ...]]:
             "one motion explains the data; hold a part of them out to see whether it predicts",
             remarks,
         )
-    far = {name: c.holdout.sigma_ratio for name, c in evidence.channels.items() if c.holdout}
+    far = {name: c.holdout.sigma_ratio for name, c in evidence.channels.items() if c.holdout and not c.witness}
     bad = [f"{name} {ratio:.1f}" for name, ratio in far.items() if ratio > TOO_FAR]
     if bad:
         reason = f"held-out readings are off by more than twice what the fit promises ({', '.join(bad)} times)"
         return CONVERGED, FITS_ONLY, reason + ": look for a missing term of a sensor, or a break", remarks
     return CONVERGED, PREDICTS, "one motion explains the data and predicts what was held out", remarks
+
+
+def denies(channel: ChannelFit) -> bool:
+    """Whether a witness contradicts the motion: beyond what the fit promises, or with readings of no motion."""
+    held = channel.holdout
+    if not channel.witness or not len(channel.used):
+        return False
+    return held is None or held.sigma_ratio > TOO_FAR or float(np.mean(~channel.used)) > MOST_LEFT_OUT
+
+
+def witness_text(channel: ChannelFit) -> str:
+    """What a witness says of the motion."""
+    says, held, off = ("denies" if denies(channel) else "confirms"), channel.holdout, int((~channel.used).sum())
+    found = f"the witness {channel.name} {says} the motion"
+    if held is not None:
+        found += (
+            f": its readings are {held.rms:.2g} {channel.unit} (RMS) off, {held.sigma_ratio:.1f} times what the fit "
+            "and its noise promise"
+        )
+    return found + (f"; {off} of {len(channel.used)} are far off" if off else "")
 
 
 def _wrong(evidence: Evidence) -> str | None:
@@ -106,6 +130,8 @@ def _wrong(evidence: Evidence) -> str | None:
 
 def _remarks(evidence: Evidence):
     for name, channel in evidence.channels.items():
+        if channel.witness and len(channel.used) and not denies(channel):
+            yield witness_text(channel)
         count = int((~channel.used & channel.fitted).sum())
         if count:
             yield f"{count} of {int(channel.fitted.sum())} samples of {name} left out as outliers or in doubtful light"

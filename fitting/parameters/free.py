@@ -6,6 +6,7 @@ of its prior sigma, those that move the satellite in front. Both kinds are padde
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -21,6 +22,20 @@ PAD = 4
 INERTIA_PLACE = "spacecraft.inertia"
 
 
+class Gauge(NamedTuple):
+    """Leaves whose common size no channel tells while what scales with it is free too."""
+
+    name: str
+    """As the satellite file has it: `magnet`, or the gains of a sensor, `cells.gain`."""
+    leaves: tuple[int, ...]
+    beside: tuple[int, ...]
+    """Leaves that must be free with them."""
+
+    def size(self, values: Float[Array, " leaves"]) -> Float[Array, ""]:
+        """The modulus of a dipole, the mean of gains."""
+        return jnp.sqrt(jnp.sum(values**2)) if self.name == "magnet" else jnp.mean(values)
+
+
 class FreeLeaves(eqx.Module):
     """The values of all leaves as a function of `x`."""
 
@@ -33,6 +48,9 @@ class FreeLeaves(eqx.Module):
     inertia_root_inverse: Float[Array | np.ndarray, "3 3"]
     keeps_body: Float[Array | np.ndarray, ""]
     """1 where the inertia stays that of a body whatever the shift, 0 where its entries move by themselves."""
+    gauge_on: Float[Array | np.ndarray, " gauges"]
+    """1 where the size of its leaves is held at the nominal one, for nothing tells it; 0 where it moves."""
+    gauges: tuple[Gauge, ...] = eqx.field(static=True)
     spots: tuple[Spot, ...] = eqx.field(static=True)
     moving: int = eqx.field(static=True)
     """Unknowns after the state that move the satellite, padding included."""
@@ -48,6 +66,12 @@ class FreeLeaves(eqx.Module):
                 jnp.asarray(self.inertia_root), jnp.asarray(self.inertia_root_inverse), shift[index]
             )
             found = found.at[index].set(jnp.where(jnp.asarray(self.keeps_body) > 0.0, body, found[index]))
+        for number, gauge in enumerate(self.gauges):
+            index = np.array(gauge.leaves)
+            held = jnp.asarray(self.gauge_on)[number] > 0.0
+            # A size of zero is divided by where nothing is held.
+            share = gauge.size(jnp.asarray(self.nominal)[index]) / jnp.where(held, gauge.size(found[index]), 1.0)
+            found = found.at[index].set(found[index] * jnp.where(held, share, 1.0))
         return found
 
 
@@ -76,6 +100,18 @@ class FreeParameters:
         """[unknowns] bool: the state, and the free leaves of these names."""
         return self.everything & np.isin(self.names, [*STATE, *wanted])
 
+    @property
+    def gauged(self) -> tuple[str, ...]:
+        """Names of the gauges that hold."""
+        on = np.asarray(self.tree.gauge_on) > 0.0
+        return tuple(gauge.name for gauge, held in zip(self.tree.gauges, on, strict=True) if held)
+
+    @property
+    def gauged_leaves(self) -> frozenset[str]:
+        """Names of the leaves of the gauges that hold: along it their priors hold a number without meaning."""
+        on = [gauge for gauge in self.tree.gauges if gauge.name in self.gauged]
+        return frozenset(self.leaves[k].name for gauge in on for k in gauge.leaves)
+
     def sigma(self) -> np.ndarray:
         """[unknowns] prior sigma of each unknown after the state, SI; 0 for padding."""
         rows = np.maximum(self.columns, 0)
@@ -96,7 +132,10 @@ class FreeParameters:
         return np.concatenate([-state, lower]), np.concatenate([state, upper])
 
     def shifts(self, values: np.ndarray) -> np.ndarray:
-        """[unknowns] the `x` after the state that gives the leaves these values [leaves, SI], on the host."""
+        """[unknowns] the `x` after the state that gives the leaves these values [leaves, SI], on the host.
+
+        Where gauges hold, their ratios.
+        """
         shift = np.asarray(values, float) - np.asarray(self.tree.nominal)
         if float(np.asarray(self.tree.keeps_body)) > 0.0:
             index = [k for k, leaf in enumerate(self.leaves) if leaf.place == INERTIA_PLACE]
@@ -107,9 +146,17 @@ class FreeParameters:
 
 
 def free_parameters(
-    model: Model, leaves: tuple[Leaf, ...], free: Sequence[str], *, free_motion: bool = True
+    model: Model,
+    leaves: tuple[Leaf, ...],
+    free: Sequence[str],
+    *,
+    free_motion: bool = True,
+    held: Sequence[str] = (),
 ) -> FreeParameters:
-    """`free` names leaves; the sizes are those of all leaves with a sigma, or larger where more are free."""
+    """`free` names leaves, `held` gauges that hold where nothing tells them (`GaugeSettings` of a satellite file).
+
+    The sizes are those of all leaves with a sigma, or larger where more are free.
+    """
     wanted = set(free)
 
     def chosen(moves: bool) -> list[int]:
@@ -134,5 +181,24 @@ def free_parameters(
     of_body = len(index) == 6 and thinnest(nominal[index]) > FLAT
     root = second_moment_root(nominal[index]) if of_body else np.eye(3)
     whole = of_body and set(index) <= set(columns.tolist())
-    tree = FreeLeaves(nominal, tangent, root, np.linalg.inv(root), np.asarray(float(whole)), spots, len(moving))
+    gauges = tuple(_gauge(name, leaves) for name in held)
+    moved = set(columns.tolist())
+    tree = FreeLeaves(
+        nominal=nominal,
+        tangent=tangent,
+        inertia_root=root,
+        inertia_root_inverse=np.linalg.inv(root),
+        keeps_body=np.asarray(float(whole)),
+        gauge_on=np.array([float(moved >= {*gauge.leaves, *gauge.beside}) for gauge in gauges]),
+        gauges=gauges,
+        spots=spots,
+        moving=len(moving),
+    )
     return FreeParameters(leaves, columns, tree, free_motion)
+
+
+def _gauge(name: str, leaves: tuple[Leaf, ...]) -> Gauge:
+    """The magnet's modulus, beside all of inertia; or the mean gain of a sensor, beside its largest current."""
+    own = tuple(k for k, leaf in enumerate(leaves) if leaf.name.startswith(f"{name}."))
+    beside = INERTIA_PLACE if name == "magnet" else f"sensors.{name.removesuffix('.gain')}.max_current"
+    return Gauge(name, own, tuple(k for k, leaf in enumerate(leaves) if leaf.place == beside))

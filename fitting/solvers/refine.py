@@ -128,9 +128,17 @@ def refine(
         kept = np.where(over_columns(limited, groups), 0.0, weight)
         points = run(number, stage, np.asarray(points.x), np.asarray(points.reference), kept)
     points = settle(points, rounds - 1, stage, kept)
-    # What more rounds have brought to explain the samples is not hopeless any more.
     of_samples = _sample_squares(points, weight, groups)
-    hopeless &= _too_many((of_samples > limits) & used, bright)
+    # What more rounds have brought to explain the samples is not hopeless any more, and leaves out what is left.
+    outlying = (of_samples > limits) & used
+    cured = hopeless & ~_too_many(outlying, bright)
+    hopeless &= ~cured
+    if shares[-1].leave_out and cured.any():
+        limited[cured] = outlying[cured]
+        kept = np.where(over_columns(limited, groups), 0.0, weight)
+        points = run(rounds - 1, stage, np.asarray(points.x), np.asarray(points.reference), kept)
+        points = settle(points, rounds - 1, stage, kept)
+        of_samples = _sample_squares(points, weight, groups)
     x, reference = np.asarray(points.x), np.asarray(points.reference)
     score = 0.5 * (np.minimum(of_samples, limits) * together).sum(axis=(1, 2))
     squares = np.asarray(robust_loss(jnp.asarray(points.prediction.residual) ** 2, np.asarray(SEPARATE_SCALE))) * weight

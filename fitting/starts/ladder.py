@@ -16,6 +16,8 @@ from fitting.starts.sights import Sights
 
 WINDOW = 8
 """Samples with a sight from which the first attitudes and rates are taken."""
+OFF = np.radians(25.0)
+"""By which some of the first attitudes are turned off about each axis."""
 GYRO_ERROR = np.radians(0.2)
 """By which rates about that of a gyroscope are spread at least, for its bias [rad/s]."""
 
@@ -43,6 +45,14 @@ def telling_samples(sights: Sights) -> np.ndarray:
     if both.sum() >= WINDOW:
         return np.flatnonzero(both)
     seen = np.zeros(len(sights.t), bool)
+    for directions in sights.directions:
+        seen |= np.isfinite(directions.body).all(axis=1)
+    return np.flatnonzero(seen) if seen.sum() >= WINDOW else np.arange(len(sights.t))
+
+
+def directed_samples(sights: Sights) -> np.ndarray:
+    """Numbers of the samples at which any direction or an attitude is seen; all where none is."""
+    seen = np.isfinite(sights.attitude).all(axis=1)
     for directions in sights.directions:
         seen |= np.isfinite(directions.body).all(axis=1)
     return np.flatnonzero(seen) if seen.sum() >= WINDOW else np.arange(len(sights.t))
@@ -86,7 +96,10 @@ def _from_attitudes(sights, attitude, near, begin, count, rng) -> Guesses:
     # Each attitude of the window, carried back to the beginning at the start's rate.
     number = np.arange(len(rate)) % len(near)
     back = Rotation.from_rotvec(-rate * (t[number] - sights.t[begin])[:, None])
-    return Guesses((Rotation.from_quat(q[number], scalar_first=True) * back).as_quat(scalar_first=True), rate)
+    # Nominal calibrations may be far from the true ones: a turned sensor, late stamps of a fast spin.
+    error = np.where(number % 2 == 0, 0.0, OFF) * (np.arange(len(rate)) >= len(rate) // 4)
+    off = Rotation.from_rotvec(error[:, None] * rng.normal(size=(len(rate), 3)))
+    return Guesses((Rotation.from_quat(q[number], scalar_first=True) * back * off).as_quat(scalar_first=True), rate)
 
 
 def _about_direction(sights, directions, good, begin, count, max_rate, rng) -> Guesses:

@@ -92,8 +92,10 @@ def sights_of(problem: SensedProblem, samples: Samples) -> Sights:
     directions, attitude = [], np.full((n, 4), np.nan)
     rate, rate_sigma = np.full((n, 3), np.nan), np.full(n, np.inf)
     for name, rows in samples.values.items():
-        sensor = problem.model.sensors[name]
-        found = sensor.direct(rows, samples.channels[name].sigma) if sensor.sees else None
+        sensor, channel = problem.model.sensors[name], samples.channels[name]
+        if sensor.sees is None or channel.witness:
+            continue
+        found = sensor.direct(rows, channel.sigma)
         if found is None:
             continue
         vectors, sigma = (np.asarray(array, float) for array in found)

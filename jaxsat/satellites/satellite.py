@@ -42,6 +42,8 @@ class Satellite:
     """Sensors whose axes are not known: which of them are tried. Those of the model are the body's."""
     aliases: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Names of leaves, or of what they begin with, by a name of the user's own."""
+    held: tuple[str, ...] = ()
+    """Whose size is held by definition: see `GaugeSettings`."""
     size_m: tuple[float, float, float] | None = None
     """Edges of the body along its axes, where the file gives them."""
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -89,6 +91,7 @@ def _built(file: SatelliteFile, path: Path) -> Satellite:
         motion=file.motion,
         conventions=_conventions(file),
         aliases=file.aliases,
+        held=file.gauge.hold,
         size_m=file.body.size_m,
         columns=_columns(file),
     )

@@ -38,5 +38,6 @@ from jaxsat.sensors.sunlight import Panels as Panels
 from jaxsat.sensors.sunlight import Photodiodes as Photodiodes
 from jaxsat.sensors.sunlight import PyramidSensor as PyramidSensor
 from jaxsat.sensors.sunlight import SunAngles as SunAngles
+from jaxsat.sensors.sunlight import SunElevation as SunElevation
 from jaxsat.sensors.sunlight import SunVector as SunVector
 from jaxsat.sensors.view import View as View

@@ -365,3 +365,26 @@ def test_all_wrong_keys_are_told_at_once(file):
 def test_files_of_munins_numbers_are_what_they_were(file):
     found = read_satellite(file("[spacecraft]\nimax_mA = 230.0\n"))
     assert isinstance(found, SatelliteNumbers) and found.spacecraft.imax_mA == 230.0
+
+
+def test_diodes_that_send_elevations_have_gains_and_tilts_by_their_faces(file):
+    text = """
+[sensors.sun]
+kind = "sun_elevation"
+normals = ["+x", "-z"]
+gain = {value = [0.9, 1.1], sigma = 0.1}
+tilts_deg = {value = 0.0, sigma = 3.0}
+[channels.sun]
+columns = ["a", "b"]
+unit = "deg"
+sigma = 3.0
+"""
+    found = read(file(BODY + text))
+    names = [each.name for each in found.leaves if each.name.startswith("sun.")]
+    assert names == [
+        *("sun.gain.+x", "sun.gain.-z"),
+        *("sun.tilts.+x.y", "sun.tilts.+x.z", "sun.tilts.-z.x", "sun.tilts.-z.y", "sun.delay"),
+    ]
+    assert value(found, "sun.gain.-z") == 1.1 and leaf(found, "sun.tilts.+x.y").sigma == pytest.approx(math.radians(3))
+    with pytest.raises(InputError, match=r"channels.sun.unit: expected a unit of rad"):
+        read(file(BODY + text.replace('unit = "deg"', 'unit = "A"')))

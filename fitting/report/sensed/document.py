@@ -28,6 +28,7 @@ def sensed_document(
     for rejection in rejections:
         counts[rejection.reason] = counts.get(rejection.reason, 0) + 1
     held = {name: holdout_document(c.holdout, c.unit) for name, c in result.channels.items() if c.holdout}
+    witness = {name: held.pop(name) for name, c in result.channels.items() if c.witness and name in held}
     document: dict[str, Any] = {
         "schema": SCHEMA,
         "telemetry": telemetry,
@@ -40,11 +41,12 @@ def sensed_document(
         **_panel_rms(result.channels),
         "residual_rms": {name: {"value": c.rms, "unit": c.unit} for name, c in result.channels.items()},
         "holdout": held or None,
+        "witness": witness or None,
         "parameters": {
             p.name: {"value": p.value, "sigma": p.sigma if p.free else None, "unit": p.unit, "free": p.free}
             for p in result.parameters
         },
-        "gauge": None,
+        "gauge": result.gauge,
         "buys": dict(result.buys),
         "correlations": {name: dict(row) for name, row in result.correlations.items()},
         "axes": {name: list(axes) for name, axes in result.axes.items()},
@@ -92,6 +94,7 @@ def channel_document(channel: ChannelFit) -> dict[str, Any]:
     fitted, used = channel.fitted.astype(bool), channel.used.astype(bool)
     return {
         "kind": channel.kind,
+        "role": "witness" if channel.witness else "fitted",
         "columns": list(channel.columns),
         "unit": channel.unit,
         "sigma": channel.sigma,

@@ -49,12 +49,14 @@ def stored_result(directory: Path, fit: dict, provenance: dict, columns: Columns
         timing_s=fit["timing_s"],
         field_angle_deg=_known(attitude["field_angle_deg"]),
         field_angle_sigma_deg=_known(attitude["field_angle_sigma_deg"]),
+        gauge=fit["gauge"],
     )
 
 
 def _channel(name: str, fit: dict, table: dict[str, np.ndarray]) -> ChannelFit:
     known, delay = fit["channels"][name], fit["delays"].get(name, {"from": "fit"})
-    held = (fit["holdout"] or {}).get(name)
+    witness = known["role"] == "witness"
+    held = (fit["witness" if witness else "holdout"] or {}).get(name)
     breaks = [b for each in fit["breaks"] if each["channel"] == name for b in each["breaks"]]
     shown = delay["from"] == "residuals"
     arrays = {
@@ -78,6 +80,7 @@ def _channel(name: str, fit: dict, table: dict[str, np.ndarray]) -> ChannelFit:
         delay_s=delay["value"] if shown else None,
         delay_sigma_s=delay["sigma"] if shown else None,
         breaks=tuple(Break(**each) for each in breaks),
+        witness=witness,
     )
 
 

@@ -7,7 +7,7 @@ from jaxsat.satellites.kinds.attitude import StarTrackerKeys
 from jaxsat.satellites.kinds.common import SensorKeys
 from jaxsat.satellites.kinds.earth import HorizonVectorKeys, LimbKeys
 from jaxsat.satellites.kinds.field import GyroKeys, MagnetometerKeys
-from jaxsat.satellites.kinds.light import PanelKeys, PhotodiodeKeys
+from jaxsat.satellites.kinds.light import PanelKeys, PhotodiodeKeys, SunElevationKeys
 from jaxsat.satellites.kinds.sun import PyramidKeys, SunAngleKeys, SunVectorKeys
 
 KINDS: dict[str, type[SensorKeys]] = {
@@ -17,6 +17,7 @@ KINDS: dict[str, type[SensorKeys]] = {
     "panels": PanelKeys,
     "sun_vector": SunVectorKeys,
     "sun_angles": SunAngleKeys,
+    "sun_elevation": SunElevationKeys,
     "pyramid": PyramidKeys,
     "limb": LimbKeys,
     "horizon_vector": HorizonVectorKeys,

@@ -1,7 +1,7 @@
 """Photodiodes and solar panels in a satellite file."""
 
 import math
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -47,6 +47,36 @@ class _Faces(SensorKeys):
         place = f"sensors.{name}.gain"
         leaves.add(f"{name}.gain", place, self.gain, suffixes, unit=unit, factor=factor, loose=loose, lower=0.0)
         return gain
+
+
+class _TiltedFaces(_Faces):
+    """Faces that may be turned off their places."""
+
+    tilts_deg: Fitted | None = None
+    """Turns of each off its place about the two body axes across it: pairs, one a normal."""
+
+    @model_validator(mode="after")
+    def _tilts(self):
+        if self.tilts_deg is not None and np.shape(self.tilts_deg.value) not in ((), (len(self.normals), 2)):
+            raise ValueError(f"tilts_deg: expected a pair for each of the {len(self.normals)} normals")
+        return self
+
+    def add_tilts(self, name: str, leaves: "LeafList") -> np.ndarray | None:
+        """The tilts, SI, None where there are none; adds their leaves, named after the faces and axes."""
+        given = self.tilts_deg
+        if given is None:
+            return None
+        shape, degree = (len(self.normals), 2), math.radians(1.0)
+        # Named by the axes that the sensor turns a panel about: of a face of a box the two others.
+        across = [[axis for axis, size in zip("xyz", normal, strict=True) if not size] for normal in self.normals]
+        pairs = [axes if len(axes) == 2 else ["0", "1"] for axes in across]
+        faces = panel_names(self.normals)
+        suffixes = [f".{face}.{axis}" for face, axes in zip(faces, pairs, strict=True) for axis in axes]
+        sigmas = given.sigmas(*shape)
+        flat = given.model_copy(update={"sigma": None if sigmas is None else tuple(sigmas.reshape(-1).tolist())})
+        place = f"sensors.{name}.tilts"
+        leaves.add(f"{name}.tilts", place, flat, suffixes, unit="deg", factor=degree, loose=0.05)
+        return given.filled(*shape) * degree
 
 
 class TablePoint(Section):
@@ -108,21 +138,13 @@ class PhotodiodeKeys(_Faces):
         )
 
 
-class PanelKeys(_Faces):
+class PanelKeys(_TiltedFaces):
     """`kind = "panels"`: each gives gain x imax in sunlight square on."""
 
     imax: PositiveScalar
     """Current of a panel of gain 1 that faces the Sun [unit]."""
     unit: CurrentUnit = "mA"
     """Of imax."""
-    tilts_deg: Fitted | None = None
-    """Turns of each panel off its place about the two body axes across it: pairs, one a normal."""
-
-    @model_validator(mode="after")
-    def _tilts(self):
-        if self.tilts_deg is not None and np.shape(self.tilts_deg.value) not in ((), (len(self.normals), 2)):
-            raise ValueError(f"tilts_deg: expected a pair for each of the {len(self.normals)} normals")
-        return self
 
     def reading_unit(self) -> str | None:
         return "A"
@@ -142,24 +164,23 @@ class PanelKeys(_Faces):
             lower=0.0,
         )
         gain = self.add_gains(name, leaves)
-        tilts = None if self.tilts_deg is None else self._add_tilts(name, self.tilts_deg, leaves)
         return Panels(
             normals=np.array(self.normals),
             max_current=np.asarray(most),
             gain=gain,
-            tilts=tilts,
+            tilts=self.add_tilts(name, leaves),
             earthlight=self.earthlight,
         )
 
-    def _add_tilts(self, name: str, given: Fitted, leaves: "LeafList") -> np.ndarray:
-        shape, degree = (len(self.normals), 2), math.radians(1.0)
-        # Named by the axes that the sensor turns a panel about: of a face of a box the two others.
-        across = [[axis for axis, size in zip("xyz", normal, strict=True) if not size] for normal in self.normals]
-        pairs = [axes if len(axes) == 2 else ["0", "1"] for axes in across]
-        faces = panel_names(self.normals)
-        suffixes = [f".{face}.{axis}" for face, axes in zip(faces, pairs, strict=True) for axis in axes]
-        sigmas = given.sigmas(*shape)
-        flat = given.model_copy(update={"sigma": None if sigmas is None else tuple(sigmas.reshape(-1).tolist())})
-        place = f"sensors.{name}.tilts"
-        leaves.add(f"{name}.tilts", place, flat, suffixes, unit="deg", factor=degree, loose=0.05)
-        return given.filled(*shape) * degree
+
+class SunElevationKeys(_TiltedFaces):
+    """`kind = "sun_elevation"`: photodiodes that send the elevation of the Sun over their planes."""
+
+    quantity: ClassVar[str | None] = "rad"
+
+    def built(self, name: str, leaves: "LeafList") -> "AbstractSensor":
+        from jaxsat.sensors import SunElevation
+
+        gain = self.add_gains(name, leaves)
+        tilts = self.add_tilts(name, leaves)
+        return SunElevation(normals=np.array(self.normals), gain=gain, tilts=tilts, earthlight=self.earthlight)

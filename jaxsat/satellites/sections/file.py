@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import Field, create_model
 
 from jaxsat.errors import InputError
@@ -26,6 +27,7 @@ from jaxsat.satellites.sections.parts import (
 )
 from jaxsat.satellites.sections.session import (
     ChannelSettings,
+    GaugeSettings,
     MotionSettings,
     OrbitSettings,
     RowSettings,
@@ -49,6 +51,7 @@ class SatelliteFile(Section):
     eddy: Eddy | None = None
     surface: Surface | None = None
     albedo: Reflectivity = Reflectivity()
+    gauge: GaugeSettings = GaugeSettings()
     orbit: OrbitSettings
     motion: MotionSettings = MotionSettings()
     time: TimeSettings
@@ -113,6 +116,14 @@ def _contradictions(found: SatelliteFile, names: set[str]) -> list[tuple[str, st
             wrong.append((f"channels.{name}", "belongs to no sensor" + suggestion(name, names)))
         elif name in sensors:
             wrong += [(f"channels.{name}.{key}", reason) for key, reason in _misfits(sensors[name], channel)]
+    gauged = ["magnet", *(f"{name}.gain" for name, sensor in sensors.items() if sensor.kind == "panels")]
+    for name in found.gauge.hold:
+        if name not in gauged:
+            wrong.append(("gauge.hold", f"cannot hold {name!r}" + suggestion(name, gauged)))
+    if "magnet" in found.gauge.hold and not any(np.ravel(found.magnet.dipole_A_m2.value)):
+        wrong.append(("gauge.hold", "a nominal dipole above zero must hold the common scale of inertia and magnet"))
+    if all(found.channels[name].role == "witness" for name in found.channels):
+        wrong.append(("channels", "all are witnesses: nothing is left to fit"))
     return wrong
 
 

@@ -73,6 +73,8 @@ class ChannelSettings(Section):
     delay_s: Scalar = plain(0.0)
     """Stamp minus instant of measurement."""
     loss: Literal["normal", "student", "mixture"] | None = None
+    role: Literal["fitted", "witness"] = "fitted"
+    """A witness is not fitted: it is asked afterwards whether it agrees."""
 
     @model_validator(mode="after")
     def _noise(self):
@@ -99,9 +101,21 @@ class PositionColumns(Section):
     """Positions in the table."""
 
     position: Annotated[tuple[str, str, str], Field(strict=False)]
+    velocity: Annotated[tuple[str, str, str], Field(strict=False)] | None = None
+    """Of the same axes, `unit` a second."""
     unit: Literal["m", "km"] = "km"
     frame: Literal["eci", "gcrf", "ecef"]
     """eci: true equator and equinox of date; gcrf: also J2000; ecef: turning with the Earth."""
+    law: Literal["spline", "kepler"] = "spline"
+    """spline: through the positions; kepler: the ellipse that fits them best, where they are few or rough."""
+
+    @model_validator(mode="after")
+    def _of_an_ellipse(self):
+        if (self.law == "kepler") != (self.velocity is not None):
+            raise ValueError('velocity (three columns) belongs to law = "kepler"')
+        if self.law == "kepler" and self.frame != "eci":
+            raise ValueError('law = "kepler" needs positions and velocities in the frame "eci"')
+        return self
 
 
 def _lines(found: Any) -> Any:
@@ -132,6 +146,15 @@ class OrbitSettings(Section):
         if len(given) != 1:
             raise ValueError(f"expected one of tle, omm, oem, elements, columns, found {' and '.join(given) or 'none'}")
         return self
+
+
+class GaugeSettings(Section):
+    """What no channel can tell, and is therefore held by definition."""
+
+    hold: Annotated[tuple[str, ...], Field(strict=False)] = ()
+    """"magnet": its modulus, where all of inertia and magnet is fitted, for without torques of known size only the
+    ratios of inertia, magnet and rods turn the satellite. "NAME.gain" of a sensor NAME of panels: the mean of its
+    gains, where they and imax are fitted."""
 
 
 class MotionSettings(Section):

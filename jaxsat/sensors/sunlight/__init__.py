@@ -5,3 +5,4 @@ from jaxsat.sensors.sunlight.photodiodes import Photodiodes as Photodiodes
 from jaxsat.sensors.sunlight.pyramid import PyramidSensor as PyramidSensor
 from jaxsat.sensors.sunlight.sun_direction import SunAngles as SunAngles
 from jaxsat.sensors.sunlight.sun_direction import SunVector as SunVector
+from jaxsat.sensors.sunlight.sun_elevation import SunElevation as SunElevation

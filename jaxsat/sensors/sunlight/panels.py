@@ -27,6 +27,12 @@ def axes_across(normal: Float[Array, "3"]) -> Float[Array, "2 3"]:
     return two - (two @ normal)[:, None] * normal[None, :]
 
 
+def turned_across(normals: Float[Array, "n 3"], tilts: Float[Array, "n 2"]) -> Float[Array, "n 3"]:
+    """Unit vectors, each turned about its `axes_across` by its tilts [rad]."""
+    turns = jnp.sum(tilts[:, :, None] * jax.vmap(axes_across)(normals), axis=1)
+    return jax.vmap(quaternion.rotate)(quaternion.from_rotation_vector(turns), normals)
+
+
 class Panels(AbstractSensor):
     """Currents of flat panels [A]: largest current x gain x (cosine of the Sun x share of its disk + earthlight)."""
 
@@ -54,10 +60,7 @@ class Panels(AbstractSensor):
 
     def tilted_normals(self) -> Float[Array, "n 3"]:
         """Normals with the panels' tilts."""
-        if self.tilts is None:
-            return self.normals
-        turns = jnp.sum(self.tilts[:, :, None] * jax.vmap(axes_across)(self.normals), axis=1)
-        return jax.vmap(quaternion.rotate)(quaternion.from_rotation_vector(turns), self.normals)
+        return self.normals if self.tilts is None else turned_across(self.normals, self.tilts)
 
     def direct(
         self, readings: Float[np.ndarray, "n panels"], sigma: float

@@ -45,7 +45,7 @@ def sun_of_cells(
     known = np.isfinite(relative)
     lit = np.flatnonzero((np.where(known, relative, 0.0) > least).any(axis=1) & (known.sum(axis=1) >= 2))
     # By blocks, which stay in the cache.
-    for rows in np.split(lit, range(BLOCK, len(lit), BLOCK)):
+    for rows in np.split(lit, range(BLOCK, len(lit), BLOCK)) if len(lit) else ():
         search = _Search(np.where(known[rows], relative[rows], 0.0), known[rows], error, cells, looks, dimming)
         found[rows], angles[rows] = search.result(sky)
     angles = np.where(angles < WIDEST, np.maximum(angles, EARTHLIGHT_FLOOR if earthlight else 0.0), np.nan)

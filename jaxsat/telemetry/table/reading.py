@@ -1,6 +1,5 @@
 """From tables and what the satellite file says of them to a session: units, stamps, rows left out, channels apart."""
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -56,6 +55,7 @@ def read_tables(paths: str | Path | Sequence[str | Path], satellite: Satellite) 
         if not t.size:
             raise InputError("holds no number", file=files[0].path, field=name)
     epoch = as_epoch(zero)
+    states = _states(satellite, rows, t_all, order, epoch)
     named, named_files = named_columns(satellite, conditions), tuple(file.path for file in files)
     return TableSession(
         paths=named_files,
@@ -66,7 +66,8 @@ def read_tables(paths: str | Path | Sequence[str | Path], satellite: Satellite) 
         rejections=tuple(sorted(rejections, key=lambda each: (named_files.index(each.path), each.row))),
         remarks=tuple(remarks),
         motion=_motion(satellite, rows, t_all, order, epoch),
-        positions=_positions(satellite, rows, t_all, order, epoch),
+        positions=None if states is None else (states[0], states[1]),
+        velocities=None if states is None else states[2],
         unused=tuple(dict.fromkeys(name for file in files for name in file.columns if name not in named)),
     )
 
@@ -75,24 +76,11 @@ def _channel(
     name: str, satellite: Satellite, rows: Rows, t_s: np.ndarray, order: np.ndarray, rejections: list[RejectedRow]
 ) -> Channel:
     settings = satellite.channels[name]
-    unit = parsed_unit(settings.unit)
     missing = np.full(rows.row.size, np.nan)
     values = np.stack([rows.columns[column] if column else missing for column in settings.columns], axis=1)
     places = order[np.isfinite(values[order]).any(axis=1)]
     places = _once(rows, t_s, values, places, name, rejections)
-    quantum = None if settings.quantum is None else settings.quantum * unit.factor
-    noise = 0.0 if settings.sigma is None else settings.sigma * unit.factor
-    return Channel(
-        name=name,
-        t_s=t_s[places],
-        values=values[places] * unit.factor,
-        # Rounding to a step is a uniform error of variance step^2 / 12.
-        sigma=math.hypot(noise, (quantum or 0.0) / math.sqrt(12.0)),
-        unit=settings.unit,
-        to_unit=1.0 / unit.factor,
-        quantum=quantum,
-        columns=settings.columns,
-    )
+    return Channel.of(name, settings, t_s[places], values[places])
 
 
 def _once(
@@ -145,16 +133,20 @@ def _motion(
     return t, turned
 
 
-def _positions(
+def _states(
     satellite: Satellite, rows: Rows, t_s: np.ndarray, order: np.ndarray, epoch: Epoch
-) -> tuple[np.ndarray, np.ndarray] | None:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None] | None:
+    """Times, positions and, where the table tells them, velocities."""
     settings = satellite.orbit.columns
     if settings is None:
         return None
-    t, found = _together(settings.position, rows, t_s, order)
+    t, found = _together([*settings.position, *(settings.velocity or ())], rows, t_s, order)
     if not t.size:
         raise InputError("holds no position", file=rows.files[0].path, field=settings.position[0])
-    return t, positions_of_date(epoch, t, found * parsed_unit(settings.unit).factor, settings.frame)
+    found = found * parsed_unit(settings.unit).factor
+    position = positions_of_date(epoch, t, found[:, :3], settings.frame)
+    # Of date as they stand: the settings allow velocities in no other axes.
+    return t, position, found[:, 3:] if settings.velocity else None
 
 
 def _why(rejections: list[RejectedRow]) -> str:

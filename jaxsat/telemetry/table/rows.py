@@ -45,7 +45,8 @@ def named_columns(satellite: Satellite, conditions: Sequence[Condition]) -> dict
     if satellite.motion.columns:
         names |= dict.fromkeys(satellite.motion.columns, True)
     if satellite.orbit.columns:
-        names |= dict.fromkeys(satellite.orbit.columns.position, True)
+        columns = satellite.orbit.columns
+        names |= dict.fromkeys([*columns.position, *(columns.velocity or ())], True)
     return names
 
 

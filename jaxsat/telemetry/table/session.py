@@ -1,5 +1,6 @@
 """What a table of telemetry gives: channels on their own times, further columns, and what was left out."""
 
+import math
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from jaxsat.files.units import parsed_unit
+from jaxsat.satellites.sections.session import ChannelSettings
 from jaxsat.time import Epoch
 
 
@@ -43,6 +46,27 @@ class Channel:
     quantum: float | None
     """Step of the digits, SI."""
     columns: tuple[str, ...]
+    witness: bool = False
+    """Whether it is not fitted, but asked afterwards whether it agrees."""
+
+    @staticmethod
+    def of(name: str, settings: ChannelSettings, t_s: np.ndarray, values: np.ndarray) -> "Channel":
+        """The channel of `values` [n columns] in the unit of its settings."""
+        unit = parsed_unit(settings.unit)
+        quantum = None if settings.quantum is None else settings.quantum * unit.factor
+        noise = 0.0 if settings.sigma is None else settings.sigma * unit.factor
+        return Channel(
+            name=name,
+            t_s=t_s,
+            values=values * unit.factor,
+            # Rounding to a step is a uniform error of variance step^2 / 12.
+            sigma=math.hypot(noise, (quantum or 0.0) / math.sqrt(12.0)),
+            unit=settings.unit,
+            to_unit=1.0 / unit.factor,
+            quantum=quantum,
+            columns=settings.columns,
+            witness=settings.role == "witness",
+        )
 
 
 @dataclass(frozen=True)
@@ -64,6 +88,8 @@ class TableSession:
     """Times [s] and quaternions [n 4], inertial from body, scalar first, where the table tells the motion."""
     positions: tuple[np.ndarray, np.ndarray] | None = None
     """Times [s] and positions [n 3], true equator and equinox of date [m], where the table tells them."""
+    velocities: np.ndarray | None = None
+    """[n 3] at the times of the positions, likewise [m/s]."""
     unused: tuple[str, ...] = ()
     """Columns of the tables that the satellite file does not name."""
 
