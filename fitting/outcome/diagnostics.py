@@ -79,7 +79,7 @@ def diagnose(result: FitResult, *, noise_mA: float) -> Diagnostics:
         raise InputError(f"expected a noise above 0 mA, got {noise_mA:g}", field="noise_mA")
     used = result.weight > 0.0
     residual = (result.measured_mA - result.modelled_mA) / noise_mA
-    slot = _slots(result.t_s)
+    slot = slots(result.t_s)
     panels = {name: panel_residuals(residual[used[:, k], k], slot[used[:, k]]) for k, name in enumerate(PANEL_NAMES)}
     size, count = np.abs(residual[used]), int(used.sum())
     tails = {
@@ -126,7 +126,7 @@ def panel_residuals(residual: np.ndarray, slot: np.ndarray) -> PanelResiduals:
     return PanelResiduals(*size, *first, p, len(lags))
 
 
-def _slots(t_s: np.ndarray) -> np.ndarray:
+def slots(t_s: np.ndarray) -> np.ndarray:
     """Whole-numbered times, so that samples are neighbours where they are one usual interval apart and no more."""
     if len(t_s) < 2:
         return np.zeros(len(t_s), int)

@@ -11,6 +11,7 @@ from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.groups import columns_of
 from fitting.outcome.breaks import find_breaks, stamp_delay
+from fitting.outcome.diagnostics import PanelResiduals, panel_residuals, slots
 from fitting.outcome.looking import Look, look_at
 from fitting.outcome.result import FittedParameter
 from fitting.outcome.sensed_result import ChannelFit, Holdout, SensedResult
@@ -192,9 +193,16 @@ def _channels(found, best, seen, point, counted) -> dict[str, ChannelFit]:
             delay_s=delay[0] if delay else None,
             delay_sigma_s=delay[1] if delay else None,
             breaks=breaks,
+            residuals=_memory(samples.t[own], residual, mask),
             witness=channel.witness,
         )
     return result
+
+
+def _memory(t: np.ndarray, residual: np.ndarray, mask: np.ndarray) -> tuple[PanelResiduals, ...]:
+    """Diagnostics of each column of residuals [time columns], of those that `mask` says were fitted."""
+    slot = slots(t)
+    return tuple(panel_residuals(residual[mask[:, k], k], slot[mask[:, k]]) for k in range(residual.shape[1]))
 
 
 def _holdout(residual, promised, known, later, outliers, sigma, angle) -> Holdout | None:
