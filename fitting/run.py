@@ -11,9 +11,11 @@ import jax
 from fitting.estimate import estimate
 from fitting.measurements.limb_input import LimbInput
 from fitting.measurements.observations import LIMB_FIELD
+from fitting.outcome.diagnostics import magnetometer_witness
 from fitting.outcome.profile import Profile
 from fitting.outcome.profiler import Profiler
 from fitting.outcome.result import FitResult, FittedParameter
+from fitting.outcome.sensed_verdict import Witness
 from fitting.parameters.nominal import nominal_model
 from fitting.report.files import FILES, write_fit
 from fitting.report.scene import Sky, look_around
@@ -42,6 +44,8 @@ class SessionFit:
     profiles: Sequence[Profile] = ()
     limb: MatchedLimbAngles | None = None
     """Limb angles that were fitted too."""
+    witness: Witness | None = None
+    """What the magnetometer says of the motion; None where it has no reading."""
     remarks: Sequence[str] = ()
     """Warnings of what was given and is not used, and of profiles that could not be taken."""
 
@@ -93,6 +97,7 @@ class SessionFit:
             plots=plots,
             profiles=self.profiles,
             limb=self.limb,
+            witness=self.witness,
             remarks=self.remarks,
         )
 
@@ -180,5 +185,6 @@ def fit_prepared(
         sky,
         profiles=profiler.profiles,
         limb=sighted.matched,
+        witness=magnetometer_witness(result, prepared.session),
         remarks=[*sighted.remarks, *profiler.reasons],
     )

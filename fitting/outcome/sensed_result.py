@@ -11,6 +11,8 @@ from fitting.outcome.result import FittedParameter
 PREDICTS, FITS_ONLY, FITS = "predicts", "fits, does not predict", "fits"
 AMBIGUOUS_VERDICT, UNDETERMINED, WRONG_MODEL = "ambiguous", "undetermined", "not this model"
 """The words of a verdict; `fits` is that of a fit of which nothing was held out."""
+WILD = 4.0
+"""A reading that was not fitted and lies beyond so many times the limit of an outlier is that of no motion near."""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from fitting.outcome.breaks import find_breaks, stamp_delay
 from fitting.outcome.diagnostics import PanelResiduals, panel_residuals, slots
 from fitting.outcome.looking import Look, look_at
 from fitting.outcome.result import FittedParameter
-from fitting.outcome.sensed_result import ChannelFit, Holdout, SensedResult
+from fitting.outcome.sensed_result import WILD, ChannelFit, Holdout, SensedResult
 from fitting.outcome.sensed_verdict import FAR_OFF, HELD_BY_PRIOR, Evidence, judge
 from fitting.outcome.uncertainty import correlations, field_angle_sigma, promised_saving
 from fitting.outcome.worth import worth
@@ -150,7 +150,7 @@ def _channels(found, best, seen, point, counted) -> dict[str, ChannelFit]:
         fitted = (own < found.fitted) & (not channel.witness)
         residual, promised = -seen.residual[own][:, columns], seen.promised[own][:, columns]
         known = np.asarray(best.problem.known)[own][:, columns]
-        held_used = ~((residual**2 * known).sum(axis=1) / (promised.max(axis=1) ** 2) > 4.0 * group.limit)
+        held_used = ~((residual**2 * known).sum(axis=1) / (promised.max(axis=1) ** 2) > WILD * group.limit)
         fit_used = ~limited[own, number] & (weight[own][:, columns] > 0).any(axis=1)
         used = np.where(fitted, fit_used, held_used)
         measured, modelled = rows[own] * channel.to_unit, seen.readings[group.name][own] * channel.to_unit
