@@ -1,6 +1,6 @@
 """Parts of a satellite in its file: body, magnet, rods, coils, wheels, surface, and the torques without a part."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
@@ -174,6 +174,14 @@ class Surface(Section):
         if self.facets is not None and self.size_m is not None:
             raise ValueError("facets and size_m say the same: give one of them")
         return self
+
+
+class Light(Section):
+    """The Sun's light."""
+
+    shadow: Literal["cone", "cylinder"] = "cone"
+    """The Earth's: of a Sun of finite size, where readings in the penumbra tell nothing and do not count, or with a
+    sharp edge, where all count that do not contradict it."""
 
 
 class Reflectivity(Section):
