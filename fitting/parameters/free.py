@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.parameters.names import STATE
-from fitting.parameters.parametrization import FLAT
+from fitting.parameters.parametrization import FLAT, Parametrization
 from fitting.parameters.transforms import inertia_shift, physical_inertia, second_moment_root, thinnest
 from jaxsat.satellites.model import Leaf, Model, Spot, nominal_values
 
@@ -104,6 +104,10 @@ class FreeParameters:
         found, known = np.zeros(len(self.columns)), self.columns >= 0
         found[known] = shift[self.columns[known]] / self.sigma()[known]
         return found
+
+
+AnyParameters = Parametrization | FreeParameters
+"""What solvers take: names, bounds and a `tree` for the compiled programs."""
 
 
 def free_parameters(

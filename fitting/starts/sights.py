@@ -93,8 +93,8 @@ def sights_of(problem: SensedProblem, samples: Samples) -> Sights:
     rate, rate_sigma = np.full((n, 3), np.nan), np.full(n, np.inf)
     for name, rows in samples.values.items():
         sensor = problem.model.sensors[name]
-        found = sensor.direct(rows, samples.channels[name].sigma) if sensor.sees else None
-        if found is None:
+        found = None if sensor.sees is None else sensor.direct(rows, samples.channels[name].sigma)
+        if sensor.sees is None or found is None:
             continue
         vectors, sigma = (np.asarray(array, float) for array in found)
         if sensor.sees == "attitude":
