@@ -64,6 +64,8 @@ class Identified:
     parameters: FreeParameters
     fitted: int
     """Samples that were fitted; those after them were held out."""
+    finest_step: float
+    """For which the programs have room [s]."""
     timing_s: dict[str, float]
 
 
@@ -138,7 +140,7 @@ def identify(
         raise InputError("no start survives: the nominal satellite or the noise is out of all range")
     minima.sort(key=lambda minimum: minimum.refined.score[0])
     timing = {"prepare": tabulated - began, "compile": compiled - tabulated, "solve": time.perf_counter() - compiled}
-    return Identified(tuple(minima), samples, parameters, fitted, timing)
+    return Identified(tuple(minima), samples, parameters, fitted, finest, timing)
 
 
 class _Run:
@@ -185,12 +187,12 @@ def arcs(seen: np.ndarray, last: int, parameters: FreeParameters) -> list[Stage]
     state, everything = parameters.active([]), parameters.everything
     without_inertia = parameters.active([name for name in names if name not in inertia])
 
-    def stage(count: float, keep: int, iterations: int, active: np.ndarray) -> Stage:
+    def stage(count: int | float, keep: int, iterations: int, active: np.ndarray) -> Stage:
         whole = count * 1.2 >= len(seen)
         sample = last if whole else int(seen[int(round(count)) - 1])
         return Stage(sample, keep, iterations, ROBUST_SCALE, active)
 
-    count: float = FIRST_ARC
+    count: int | float = FIRST_ARC
     stages = [stage(count, 10**9, 5, state), stage(count, KEEP[0], 8, without_inertia)]
     while stages[-1].last_sample < last:
         count *= ARC_GROWTH

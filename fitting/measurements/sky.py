@@ -12,6 +12,7 @@ from fitting.stored import Stored
 from jaxsat.environment import (
     AbstractMagneticField,
     ConeShadow,
+    CylinderShadow,
     DiffuseAlbedo,
     ExponentialAtmosphere,
     LightTable,
@@ -86,6 +87,8 @@ class Around(eqx.Module):
     """Whether torques want it: hysteresis rods do."""
     pushed: bool = eqx.field(static=True, default=False)
     """Whether air and sunlight push on the satellite."""
+    sharp: bool = eqx.field(static=True, default=False)
+    """Whether the Earth's shadow has a sharp edge and no penumbra."""
 
 
 def _sky(
@@ -101,12 +104,12 @@ def _sky(
     light = None
     if sun_eci is not None:
         radius = jnp.asarray(around.earth_radius)
-        # On the mean sphere both albedos; the shadow with its penumbra.
+        # Both albedos on the sphere of the shadow.
         light = tabulate_light(
             around.orbit,
             times,
             jnp.asarray(sun_eci),
-            shadow=ConeShadow(radius=radius),
+            shadow=CylinderShadow(radius) if around.sharp else ConeShadow(radius=radius),
             specular=SpecularAlbedo(radius),
             diffuse=DiffuseAlbedo(radius),
         )

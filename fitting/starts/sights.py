@@ -96,7 +96,7 @@ def sights_of(problem: SensedProblem, samples: Samples) -> Sights:
         if sensor.sees is None or channel.witness:
             continue
         found = sensor.direct(rows, channel.sigma)
-        if found is None:
+        if found is None or not np.isfinite(np.asarray(found[1])).any():
             continue
         vectors, sigma = (np.asarray(array, float) for array in found)
         if sensor.sees == "attitude":
