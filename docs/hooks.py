@@ -1,4 +1,4 @@
-"""Pages of the reference, made from the program when the site is built: commands, settings, and what packages hold.
+"""Pages of the reference, made from the program when the site is built: commands, satellite files, settings, packages.
 
 MkDocs calls the functions that begin with `on_`.
 """
@@ -13,6 +13,7 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
+from satellite_file import page as satellite_files
 
 ROOT = Path(__file__).parent.parent
 ROOF = "jaxsat.cli"
@@ -28,6 +29,7 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
     packages = [{name: _page(name)} for name in _packages()]
     reference["Reference"] = [
         {"Commands": "reference/commands.md"},
+        {"Satellite files": "reference/satellite-files.md"},
         {"Configuration": "reference/configuration.md"},
         *packages,
     ]
@@ -36,7 +38,8 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Adds the pages."""
-    made = {"reference/commands.md": commands(), "reference/configuration.md": configuration()}
+    made = {"reference/commands.md": commands(), "reference/satellite-files.md": satellite_files()}
+    made["reference/configuration.md"] = configuration()
     made |= {_page(name): package(name) for name in _packages()}
     for path, content in made.items():
         files.append(File.generated(config, path, content=content))

@@ -15,6 +15,7 @@ from fitting.solvers.refine import Refined, candidates, refine
 from fitting.starts.carry import carried_back
 from fitting.starts.conventions import Convention, conventions, with_axes
 from fitting.starts.ladder import directed_samples, first_guesses, telling_samples
+from fitting.starts.mounting import with_turns
 from fitting.starts.multi_start import HOPELESS, Progress, Stage, advance, compile_solvers, distinct
 from fitting.starts.sights import Sights, sights_of
 from fitting.starts.stretches import longest_stretch
@@ -64,6 +65,8 @@ class Identified:
     parameters: FreeParameters
     fitted: int
     """Samples that were fitted; those after them were held out."""
+    finest_step: float
+    """For which the programs have room [s]."""
     timing_s: dict[str, float]
 
 
@@ -121,6 +124,8 @@ def identify(
         _grow(runs, seen[(seen >= begin) & (seen < fitted)] - begin, fitted - begin - 1, parameters, use, progress)
     else:
         runs = [_Run(each, with_axes(coarse, each), part, fastest, search, parameters, count=1) for each in found[:8]]
+        for run in runs:
+            run.starts = with_turns(run.starts, run.problem, part, parameters, fitted - begin)
     fine_step = _fine_step(runs, search, whole_span)
     fine = build_sensed(samples, model, around, max_step=max(min(step, fine_step), finest), room_for=finest, **build)
     weight = usable(fine, samples)
@@ -138,7 +143,7 @@ def identify(
         raise InputError("no start survives: the nominal satellite or the noise is out of all range")
     minima.sort(key=lambda minimum: minimum.refined.score[0])
     timing = {"prepare": tabulated - began, "compile": compiled - tabulated, "solve": time.perf_counter() - compiled}
-    return Identified(tuple(minima), samples, parameters, fitted, timing)
+    return Identified(tuple(minima), samples, parameters, fitted, finest, timing)
 
 
 class _Run:
@@ -185,12 +190,12 @@ def arcs(seen: np.ndarray, last: int, parameters: FreeParameters) -> list[Stage]
     state, everything = parameters.active([]), parameters.everything
     without_inertia = parameters.active([name for name in names if name not in inertia])
 
-    def stage(count: float, keep: int, iterations: int, active: np.ndarray) -> Stage:
+    def stage(count: int | float, keep: int, iterations: int, active: np.ndarray) -> Stage:
         whole = count * 1.2 >= len(seen)
         sample = last if whole else int(seen[int(round(count)) - 1])
         return Stage(sample, keep, iterations, ROBUST_SCALE, active)
 
-    count: float = FIRST_ARC
+    count: int | float = FIRST_ARC
     stages = [stage(count, 10**9, 5, state), stage(count, KEEP[0], 8, without_inertia)]
     while stages[-1].last_sample < last:
         count *= ARC_GROWTH

@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -13,9 +13,10 @@ import numpy as np
 from fitting.identify import Identified, Search, identify
 from fitting.measurements.assembly import Samples, build_sensed
 from fitting.measurements.given import is_told
+from fitting.measurements.groups import columns_of
 from fitting.measurements.sky import Around
 from fitting.orbit.orbit_fit import fit_orbit
-from fitting.outcome.looking import look_at
+from fitting.outcome.looking import Look, look_at
 from fitting.outcome.sensed_result import SensedResult
 from fitting.outcome.sensed_summary import summarize_sensed
 from fitting.outcome.uncertainty import at_bound, covariance
@@ -67,7 +68,7 @@ class SensedFit:
         """Of the unknowns: small turn of the start in body axes [rad], rate [rad/min], leaves in their prior sigmas."""
         free = np.array([free for _, free in self._unknowns()])
         point = self.found.minima[0].refined.points
-        pressed = at_bound(point.x[0], point.gradient[0], self.found.parameters.bounds())
+        pressed = at_bound(np.asarray(point.x)[0], np.asarray(point.gradient)[0], self.found.parameters.bounds())
         return covariance(np.asarray(point.hessian[0]), free & ~pressed)[np.ix_(free, free)]
 
     def _unknowns(self):
@@ -78,7 +79,7 @@ class SensedFit:
 
         Raises ValueError for times before the first sample.
         """
-        _, seen = self._looked(times, None)
+        seen = self._looked(times)
         return seen.quaternion, seen.angular_velocity
 
     def predict(self, channel: str, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -86,30 +87,28 @@ class SensedFit:
 
         Raises ValueError for times before the first sample, KeyError for an unknown channel.
         """
-        measured = self.found.samples.channels[channel]
-        samples, seen = self._looked(times, channel)
-        readings = seen.readings[channel] * measured.to_unit
-        spread = np.sqrt(np.maximum(seen.promised**2 - 1.0, 0.0)) * samples.channels[channel].sigma * measured.to_unit
-        return readings, spread
+        measured, groups = self.found.samples.channels[channel], self.found.minima[0].problem.groups
+        own = next(columns for group, columns in zip(groups, columns_of(groups), strict=True) if group.name == channel)
+        seen = self._looked(times)
+        spread = np.sqrt(np.maximum(seen.promised[:, own] ** 2 - 1.0, 0.0)) * measured.sigma
+        return seen.readings[channel] * measured.to_unit, spread * measured.to_unit
 
-    def _looked(self, times, channel):
+    def _looked(self, times: np.ndarray) -> Look:
         """The best minimum at other times."""
         old, best = self.found.samples, self.found.minima[0]
         times = np.asarray(times, float)
-        if not np.all(np.diff(times) > 0.0) or not times[0] >= old.t[0]:
+        if not (np.all(np.diff(times) > 0.0) and times[0] >= old.t[0]):
             raise ValueError(f"times must rise from {old.t[0]:g} s, the first sample, on")
         ahead = int(times[0] > old.t[0])
         t = np.concatenate([old.t[:ahead], times])
-        name = channel or next(iter(old.channels))
-        values = {name: np.zeros((len(t), old.values[name].shape[1]))}
-        samples = replace(old, t=t, values=values, channels={name: old.channels[name]})
+        # In the shape of the session, where they have room in it: the program is there already.
+        values = {name: np.zeros((len(t), rows.shape[1])) for name, rows in old.values.items()}
         step = float(np.max(np.asarray(best.problem.grid.step), initial=0.0)) or self.settings.step_s
-        problem = build_sensed(
-            samples, best.problem.model, self.around, delayed=best.problem.delayed, max_step=step, room_for=step
-        )
+        room = {"delayed": best.problem.delayed, "max_step": step, "room_for": self.found.finest_step}
+        samples = replace(old, t=t, values=values)
+        problem = build_sensed(samples, best.problem.model, self.around, whole=old, **room)
         point = jax.tree.map(lambda leaf: np.asarray(leaf)[0], best.refined.points)
-        seen = look_at(problem, self.found.parameters, point)
-        return samples, seen.at(np.arange(ahead, len(t)))
+        return look_at(problem, self.found.parameters, point).at(np.arange(ahead, len(t)))
 
     def write(self, directory: str | Path, *, plots: bool = True) -> list[str]:
         """Writes the files of `jaxsat fit` into a directory, whole or not at all; returns warnings.
@@ -138,7 +137,9 @@ class SensedFit:
         )
 
 
-def chosen_leaves(leaves: Sequence[Leaf], free: Sequence[str] | None, aliases: dict | None = None) -> tuple[str, ...]:
+def chosen_leaves(
+    leaves: Sequence[Leaf], free: Sequence[str] | None, aliases: Mapping[str, Sequence[str]] | None = None
+) -> tuple[str, ...]:
     """Names of the free leaves; raises `InputError` naming the first item that is none, with a suggestion."""
     if free is None:
         return tuple(leaf.name for leaf in leaves if leaf.sigma is not None)
@@ -146,8 +147,7 @@ def chosen_leaves(leaves: Sequence[Leaf], free: Sequence[str] | None, aliases: d
     prefixes = {".".join(name.split(".")[:k]) for name in names for k in range(1, name.count(".") + 2)}
     chosen: set[str] = set()
     for item in (part.strip() for part in free):
-        expanded = (aliases or {}).get(item, [item])
-        for each in expanded:
+        for each in _spelt_out(item, aliases or {}):
             found = [name for name in names if name == each or name.startswith(f"{each}.")]
             if not found and each != "state":
                 close = get_close_matches(each, sorted(prefixes), n=1)
@@ -155,6 +155,14 @@ def chosen_leaves(leaves: Sequence[Leaf], free: Sequence[str] | None, aliases: d
                 raise InputError(f"unknown free parameter {each!r}{hint}", field="free")
             chosen.update(found)
     return tuple(name for name in names if name in chosen)
+
+
+def _spelt_out(item: str, aliases: Mapping[str, Sequence[str]]) -> Sequence[str]:
+    """What an alias stands for, also where it begins a longer name, as gains in gains.+x."""
+    if item in aliases:
+        return aliases[item]
+    head, dot, tail = item.partition(".")
+    return [f"{each}.{tail}" for each in aliases[head]] if dot and head in aliases else [item]
 
 
 def fit_table(
@@ -173,7 +181,7 @@ def fit_table(
     settings = settings or SensedSettings()
     began = time.perf_counter()
     model, leaves, kind = satellite.model, satellite.leaves, satellite.motion.kind
-    free = chosen_leaves(leaves, settings.free, dict(satellite.aliases))
+    free = chosen_leaves(leaves, settings.free, satellite.aliases)
     if settings.free is None:
         free = tuple(leaf.name for leaf in leaves if leaf.name in free and not _of_witness(leaf, session))
     channels = {name: channel for name, channel in session.channels.items() if np.isfinite(channel.values).any()}
@@ -237,6 +245,7 @@ def surroundings(satellite: Satellite, session: TableSession) -> Around:
         np.asarray(EARTH_RADIUS_MEAN),
         field_rate=craft.hysteresis_rods is not None,
         pushed=craft.facets is not None,
+        sharp=satellite.shadow == "cylinder",
     )
 
 

@@ -12,6 +12,7 @@ from fitting.stored import Stored
 from jaxsat.environment import (
     AbstractMagneticField,
     ConeShadow,
+    CylinderShadow,
     DiffuseAlbedo,
     ExponentialAtmosphere,
     LightTable,
@@ -29,15 +30,15 @@ from jaxsat.sensors.view import View
 class Sky(eqx.Module):
     """Surroundings at samples; leaves have the samples in front."""
 
-    time: Float[Array | np.ndarray, "*samples"]
+    time: Float[Array, "*samples"]
     """[s]"""
-    position_eci: Float[Array | np.ndarray, "*samples 3"]
-    velocity_eci: Float[Array | np.ndarray, "*samples 3"]
-    b_field_eci: Float[Array | np.ndarray, "*samples 3"]
-    b_rate_eci: Float[Array | np.ndarray, "*samples 3"]
+    position_eci: Float[Array, "*samples 3"]
+    velocity_eci: Float[Array, "*samples 3"]
+    b_field_eci: Float[Array, "*samples 3"]
+    b_rate_eci: Float[Array, "*samples 3"]
     """Rate of the field's inertial components along the orbit [T/s]."""
     light: LightTable | None
-    columns: Mapping[str, Float[Array | np.ndarray, "*samples"]]
+    columns: Mapping[str, Float[Array, "*samples"]]
     """Telemetered numbers that sensors read."""
 
     def view(
@@ -86,6 +87,8 @@ class Around(eqx.Module):
     """Whether torques want it: hysteresis rods do."""
     pushed: bool = eqx.field(static=True, default=False)
     """Whether air and sunlight push on the satellite."""
+    sharp: bool = eqx.field(static=True, default=False)
+    """Whether the Earth's shadow has a sharp edge and no penumbra."""
 
 
 def _sky(
@@ -101,12 +104,12 @@ def _sky(
     light = None
     if sun_eci is not None:
         radius = jnp.asarray(around.earth_radius)
-        # On the mean sphere both albedos; the shadow with its penumbra.
+        # Both albedos on the sphere of the shadow.
         light = tabulate_light(
             around.orbit,
             times,
             jnp.asarray(sun_eci),
-            shadow=ConeShadow(radius=radius),
+            shadow=CylinderShadow(radius) if around.sharp else ConeShadow(radius=radius),
             specular=SpecularAlbedo(radius),
             diffuse=DiffuseAlbedo(radius),
         )

@@ -81,7 +81,7 @@ def _best(t: np.ndarray, residual: np.ndarray, vector: np.ndarray) -> tuple[int,
     if len(places) == 0:
         return None
     # A weak prior keeps what the vectors behind a place do not tell from growing.
-    matrices = normal[places] + 1e-6 * np.trace(normal[places], axis1=1, axis2=2)[:, None, None] * np.eye(6)
+    matrices = normal[places] + 1e-9 * np.trace(normal[places], axis1=1, axis2=2)[:, None, None] * np.eye(6)
     changes = np.linalg.solve(matrices, right[places][..., None])[..., 0]
     savings = np.einsum("nj,nj->n", changes, right[places])
     best = int(np.argmax(savings))

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.parameters.names import STATE
-from fitting.parameters.parametrization import FLAT
+from fitting.parameters.parametrization import FLAT, Parametrization
 from fitting.parameters.transforms import inertia_shift, physical_inertia, second_moment_root, thinnest
 from jaxsat.satellites.model import Leaf, Model, Spot, nominal_values
 
@@ -145,6 +145,10 @@ class FreeParameters:
         return found
 
 
+AnyParameters = Parametrization | FreeParameters
+"""What solvers take: names, bounds and a `tree` for the compiled programs."""
+
+
 def free_parameters(
     model: Model,
     leaves: tuple[Leaf, ...],
@@ -202,3 +206,9 @@ def _gauge(name: str, leaves: tuple[Leaf, ...]) -> Gauge:
     own = tuple(k for k, leaf in enumerate(leaves) if leaf.name.startswith(f"{name}."))
     beside = INERTIA_PLACE if name == "magnet" else f"sensors.{name.removesuffix('.gain')}.max_current"
     return Gauge(name, own, tuple(k for k, leaf in enumerate(leaves) if leaf.place == beside))
+
+
+AnyParameters = Parametrization | FreeParameters
+"""What is free in a fit, of the one kind of model or the other."""
+AnyTree = Parametrization | FreeLeaves
+"""What a compiled program takes of it."""

@@ -14,7 +14,7 @@ import jax
 import numpy as np
 
 from fitting.measurements.abstract import AbstractProblem
-from fitting.parameters.parametrization import Parametrization
+from fitting.parameters.free import AnyParameters
 from fitting.solvers.chunk import EVALUATIONS, solve_chunk
 from fitting.solvers.least_squares import Point, Settings
 from jaxsat.errors import InputError
@@ -68,7 +68,7 @@ class Starts:
 
 def solve(
     problem: AbstractProblem,
-    parameters: Parametrization,
+    parameters: AnyParameters,
     stage: Stage,
     x: np.ndarray,
     reference: np.ndarray,
@@ -79,7 +79,7 @@ def solve(
 
 
 def advance(
-    problem: AbstractProblem, parameters: Parametrization, stage: Stage, starts: Starts, weight: np.ndarray
+    problem: AbstractProblem, parameters: AnyParameters, stage: Stage, starts: Starts, weight: np.ndarray
 ) -> Starts:
     """Where any number of starts end, and at what cost."""
     points = _solve(
@@ -119,7 +119,7 @@ def _solve(problem, parameters, stage, x, reference, weight, select: Callable[[P
     return jax.tree.map(lambda *leaves: np.concatenate(leaves)[:count], *points)
 
 
-def compile_solvers(problem: AbstractProblem, parameters: Parametrization, solver: str) -> list[Future | None]:
+def compile_solvers(problem: AbstractProblem, parameters: AnyParameters, solver: str) -> list[Future | None]:
     """Starts the compilation of what growing arcs and refinement by `solver` need in the background.
 
     See `Stored.compile`.
@@ -162,7 +162,7 @@ def distinct(points: Starts, *, attitude: float, rate: float) -> np.ndarray:
 
 def grow(
     problem: AbstractProblem,
-    parameters: Parametrization,
+    parameters: AnyParameters,
     schedule: list[Stage],
     starts: Starts,
     weight: np.ndarray,

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from jaxsat.satellites.model import Leaf, Model
 
 Convention = Literal["unknown", "mirrored"]
+Shadow = Literal["cone", "cylinder"]
 
 
 @final
@@ -42,6 +43,8 @@ class Satellite:
     """Sensors whose axes are not known: which of them are tried. Those of the model are the body's."""
     aliases: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Names of leaves, or of what they begin with, by a name of the user's own."""
+    shadow: Shadow = "cone"
+    """The Earth's: see `Light`."""
     held: tuple[str, ...] = ()
     """Whose size is held by definition: see `GaugeSettings`."""
     size_m: tuple[float, float, float] | None = None
@@ -91,6 +94,7 @@ def _built(file: SatelliteFile, path: Path) -> Satellite:
         motion=file.motion,
         conventions=_conventions(file),
         aliases=file.aliases,
+        shadow=file.light.shadow,
         held=file.gauge.hold,
         size_m=file.body.size_m,
         columns=_columns(file),

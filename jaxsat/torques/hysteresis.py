@@ -1,13 +1,15 @@
 """Rods of soft magnetic material with hysteresis (Flatley & Henretty 1995), minor loops included.
 
 With H the field along a rod, the boundary loops are B = (2 Bs/pi) atan(k (H -+ Hc)), k = tan(pi Br / (2 Bs)) / Hc.
-Between them dB/dH is the slope of a boundary loop at the same B times Q = q0 + (1 - q0) F^p, F the distance from the
-boundary left behind over the width 2 Hc. The state kept here is not B but the lag z, in which the law is
+Everywhere dB/dH is the slope of a boundary loop at the same B times Q = q0 + (1 - q0) F^p, F the distance from the
+boundary left behind over the width 2 Hc, held within 0 to 1. The state kept here is not B but the lag z, in which the
+law is
 
-    B = (2 Bs/pi) atan(k (H - Hc z)),   Hc dz/dt = (1 - Q) dH/dt,   F = (1 + z sign(dH/dt)) / 2.
+    B = (2 Bs/pi) atan(k (H - Hc z)),   Hc dz/dt = (1 - Q) dH/dt,   F = (1 + z sign(dH/dt)) / 2 in 0..1.
 
-The boundary loops are z = +-1. They attract, so a step that ends beyond comes back instead of drifting away, and B
-is read from z within them. A step is good while H changes by less than Hc in it.
+The boundary loops are z = +-1. A rod may be beyond them: one without flux in a field of more than Hc is. As the field
+goes on it then moves parallel to the loop, and when it turns its flux stands still (but for q0) until it is within. So
+does a step that ends beyond a loop stay there until the field turns: steps are good while H changes by less than Hc.
 """
 
 import math

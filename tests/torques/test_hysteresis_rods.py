@@ -43,24 +43,28 @@ def test_lags_of_one_are_the_boundary_loops(sign):
         expected = 2 * BS / np.pi * np.arctan(K * (h - sign * HC))
         found = jax.jit(induction_from_lag)(RODS, sign * jnp.ones(2), jnp.asarray(field))
         np.testing.assert_allclose(found, expected, rtol=1e-13)
-        # A step that went too far is on the loop.
+        # Beyond them it is a parallel of the loop.
         beyond = induction_from_lag(RODS, 1.7 * sign * jnp.ones(2), jnp.asarray(field))
-        np.testing.assert_allclose(beyond, found, rtol=1e-14)
+        expected = 2 * BS / np.pi * np.arctan(K * (h - 1.7 * sign * HC))
+        np.testing.assert_allclose(beyond, expected, rtol=1e-13)
     # Without a field they are the remanence: a rod that has lagged behind a falling field keeps Br.
     np.testing.assert_allclose(induction_from_lag(RODS, -sign * jnp.ones(2), jnp.zeros(3)), sign * BR, rtol=1e-13)
 
 
 def test_way_from_induction_to_lag_and_back():
     field = jnp.asarray([1.4e-5, 1e-6, -1.2e-6])
-    for lag in ([0.0, 0.0], [0.7, -0.9], [-1.0, 1.0]):
+    for lag in ([0.0, 0.0], [0.7, -0.9], [-1.0, 1.0], [2.1, -3.0]):
         induction = induction_from_lag(RODS, jnp.asarray(lag), field)
         np.testing.assert_allclose(jax.jit(lag_from_induction)(RODS, induction, field), lag, atol=1e-13)
     # Demagnetised: H = Hc z, here within the loop for both rods.
     found = lag_from_induction(RODS, jnp.zeros(2), field)
     np.testing.assert_allclose(found, AXES @ np.asarray(field) / MU0 / HC, rtol=1e-13)
-    # What no field history reaches is put on the nearer loop, full saturation included.
-    np.testing.assert_array_equal(lag_from_induction(RODS, jnp.asarray(BS), field), [-1.0, -1.0])
-    np.testing.assert_array_equal(lag_from_induction(RODS, jnp.asarray(-2 * BS), field), [1.0, 1.0])
+    # The atan reaches full saturation nowhere: 0.999 of it stands for it, and no slope goes through.
+    h, most = AXES @ np.asarray(field) / MU0, np.tan(0.999 * np.pi / 2) / K
+    for induction, effective in ((BS, most), (-2 * BS, -most)):
+        found, slope = jax.jit(jax.value_and_grad(lambda b: jnp.sum(lag_from_induction(RODS, b, field))))(induction)
+        np.testing.assert_allclose(found, np.sum((h - effective) / HC), rtol=1e-12)
+        np.testing.assert_array_equal(slope, 0.0)
 
 
 def test_rate_of_induction_is_the_published_one():
@@ -69,22 +73,27 @@ def test_rate_of_induction_is_the_published_one():
     induction = jax.jit(lambda lag, field, rate, lag_rate: jax.jvp(
         lambda z, b: induction_from_lag(RODS, z, b), (lag, field), (lag_rate, rate)
     ))  # fmt: skip
-    for _ in range(5):
-        lag, field, rate = rng.uniform(-1, 1, 2), 2e-5 * rng.normal(size=3), 1e-6 * rng.normal(size=3)
+    beyond = []
+    for _ in range(12):
+        lag, field, rate = rng.uniform(-2, 2, 2), 2e-5 * rng.normal(size=3), 1e-6 * rng.normal(size=3)
         z_rate = jax.jit(lag_rate)(RODS, jnp.asarray(lag), jnp.asarray(rate))
         b, b_rate = map(np.asarray, induction(*map(jnp.asarray, (lag, field, rate)), z_rate))
         h, h_rate = AXES @ field / MU0, AXES @ rate / MU0
         left_behind = np.tan(np.pi * b / (2 * BS)) / K - np.sign(h_rate) * HC
-        share = Q0 + (1 - Q0) * np.abs((h - left_behind) / (2 * HC)) ** P
+        distance = np.sign(h_rate) * (h - left_behind) / (2 * HC)
+        share = Q0 + (1 - Q0) * np.clip(distance, 0.0, 1.0) ** P
         slope = 2 / np.pi * K * BS * np.cos(np.pi * b / (2 * BS)) ** 2
         np.testing.assert_allclose(b_rate, share * slope * h_rate, rtol=1e-9)
+        beyond += np.sign(distance - np.clip(distance, 0.0, 1.0)).tolist()
+    # Outward, along a parallel of the loop; back; and between the loops.
+    assert set(beyond) == {1.0, -1.0, 0.0}
 
 
 def test_moment_and_torque():
     lag = np.array([0.3, -0.8])
     h = AXES @ FIELD / MU0
     b = 2 * BS / np.pi * np.arctan(K * (h - HC * lag))
-    moment = sum(v * (x / MU0 - y) * e for v, x, y, e in zip(VOLUMES, b, h, AXES, strict=True))
+    moment = sum(v * x / MU0 * e for v, x, e in zip(VOLUMES, b, AXES, strict=True))
     np.testing.assert_allclose(
         hysteresis_dipole(RODS, jnp.asarray(lag), jnp.asarray(FIELD)), moment, rtol=1e-12, atol=1e-17
     )
@@ -119,19 +128,25 @@ rate_slopes = jax.jit(jax.jacrev(lambda *a: rate_of(*a), argnums=(0, 1, 2, 3)))
 
 
 @pytest.mark.parametrize("p", [1.0, 2.0, 4.75])
-@pytest.mark.parametrize("lag", [(0.3, -0.8), (1.0, -1.0), (-1.0, 1.0)], ids=["inside", "boundary", "turned"])
+@pytest.mark.parametrize(
+    "lag",
+    [(0.3, -0.8), (1.0, -1.0), (-1.0, 1.0), (1.4, -1.2), (-1.4, 1.2)],
+    ids=["inside", "boundary", "turned", "beyond", "back"],
+)
 def test_slopes_of_the_rate_against_differences(lag, p):
-    """On the boundary too, where a rod follows its loop or has just left it."""
+    """On the boundary too, where a rod follows its loop or has just left it, and beyond."""
     z, rate, q0, p = map(jnp.asarray, (lag, [1e-6, -2e-6, 1e-6], Q0, p))
     by_lag, by_rate, by_slope, by_exponent = map(np.asarray, rate_slopes(z, rate, q0, p))
     h, scale = 1e-5, np.abs(AXES @ np.asarray(rate) / MU0 / HC).max()
-    # The distance grows from zero there: on one side of the difference it is flat, and h is left of the slope.
-    turned = float(z[0]) == -1.0
     for k in range(2):
         e = h * jnp.eye(2)[k]
-        plus, minus = np.asarray(rate_of(z + e, rate, q0, p)), np.asarray(rate_of(z - e, rate, q0, p))
-        found = (plus - minus) / (2 * h)
-        np.testing.assert_allclose(by_lag[:, k], found, atol=(h if turned else 1e-8) * scale)
+        # The rate has corners on the boundaries: there the slope is the mean of the two sides, each to second order.
+        sides = []
+        for side in (1, -1):
+            near, far = (np.asarray(rate_of(z + side * n * e, rate, q0, p)) for n in (1, 2))
+            here = np.asarray(rate_of(z, rate, q0, p))
+            sides.append(side * (4 * near - far - 3 * here) / (2 * h))
+        np.testing.assert_allclose(by_lag[:, k], np.mean(sides, axis=0), atol=1e-8 * scale)
         # Linear in the field's rate: rounding alone, a millionth of 1 / (mu0 Hc).
         step = 1e-11
         e = step * jnp.asarray(AXES)[k]

@@ -17,6 +17,7 @@ class StarTrackerKeys(SensorKeys):
     turn: Triple = plain((0.0, 0.0, 0.0))
     """Rotation vector from the body's axes to the tracker's [rad]."""
     sense: Literal["inertial_from_body", "body_from_inertial"] = "inertial_from_body"
+    """Which way the quaternion turns; inertial is true equator and equinox of date."""
 
     @property
     def columns(self) -> int | None:

@@ -67,6 +67,8 @@ class TurnedKeys(SensorKeys):
     whole_axes: ClassVar[bool] = False
     """Whether all three axes are needed whatever the columns."""
     axes: Axes = NO_AXES
+    """Body direction that each column reads, as ["+x", "-z", "+y"], or the rows of a matrix; "unknown" where nobody
+    knows (the 24 right-handed ones are tried), "mirrored" (all 48)."""
     turn: Triple = plain((0.0, 0.0, 0.0))
     """Rotation vector from the body's axes to the sensor's [rad]."""
 

@@ -18,6 +18,7 @@ class LimbKeys(TurnedKeys):
     quantity: ClassVar[str | None] = "rad"
     whole_axes: ClassVar[bool] = True
     earth_radius_km: PositiveScalar = plain(6371.2)
+    """Up to the limb as the sensor sees it."""
 
     @property
     def columns(self) -> int | None:

@@ -48,9 +48,14 @@ class MagnetometerKeys(TurnedKeys):
     unit_vector: bool = False
     """Whether only the direction is sent."""
     bias: Triple = plain((0.0, 0.0, 0.0))
+    """Along the sensor's axes [unit]."""
     scale: PositiveTriple = plain((1.0, 1.0, 1.0))
+    """Reading over field along each axis."""
     shear: Triple = plain((0.0, 0.0, 0.0))
+    """Off-diagonal entries yz, xz, xy of a symmetric matrix."""
     stray: Annotated[Stray, Field()] | None = None
+    """Bias by currents on board: {by = "faces", sigma = 3.0} follows the light on the six faces, {by = ["i1", "i2"],
+    column_unit = "mA"} columns."""
 
     def reading_unit(self) -> str | None:
         return "1" if self.unit_vector else "T"
@@ -105,7 +110,9 @@ class GyroKeys(TurnedKeys):
     unit: RateUnit = "deg/s"
     """Of the bias."""
     bias: Triple = plain((0.0, 0.0, 0.0))
+    """About the sensor's axes [unit]."""
     scale: PositiveTriple = plain((1.0, 1.0, 1.0))
+    """Reading over rate about each axis."""
 
     def built(self, name: str, leaves: "LeafList") -> "AbstractSensor":
         from jaxsat.satellites.leaves import XYZ, as_array

@@ -20,7 +20,9 @@ class _Faces(SensorKeys):
     """Sensors of light, one column a normal."""
 
     normals: Normals
+    """Where each looks, one a column, as ["+x", "-x", [0, 0.6, 0.8]]."""
     gain: Fitted = plain(1.0)
+    """One for all or one each: reading with the Sun on the axis; of panels over `imax`."""
     earthlight: bool = True
     """Whether light of the Earth counts."""
 
@@ -90,9 +92,11 @@ class PhotodiodeKeys(_Faces):
     unit: UnitText = "1"
     """Of the gain and of the columns."""
     response: Literal["cosine", "power", "table"] = "cosine"
+    """Law of the angle between Sun and normal."""
     limit_deg: PositiveScalar | None = None
     """Of the power law 1 - (angle/limit)^exponent: angle beyond which a diode sees nothing."""
     exponent: PositiveScalar | None = None
+    """Of the power law."""
     table: Annotated[tuple[TablePoint, ...], Field(strict=False, min_length=2)] | None = None
     """Of the response "table": points {angle_deg, response}, joined by straight lines."""
 
@@ -140,6 +144,7 @@ class PanelKeys(_TiltedFaces):
     imax: PositiveScalar
     """Current of a panel of gain 1 that faces the Sun [unit]."""
     unit: CurrentUnit = "mA"
+    """Of imax."""
 
     def reading_unit(self) -> str | None:
         return "A"

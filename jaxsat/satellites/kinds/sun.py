@@ -49,9 +49,13 @@ class PyramidKeys(TurnedKeys):
     unit: UnitText = "1"
     """Of imax and of the columns."""
     imax: PositiveScalar = plain(1.0)
+    """Current of a face that looks at the Sun."""
     face_angle_deg: PositiveScalar = plain(22.0)
+    """Between each face's normal and the sensor's x."""
     cutoff_angle_deg: PositiveScalar = plain(83.0)
+    """From a face's normal at which it sees nothing more."""
     hood_angle_deg: PositiveScalar = plain(74.0)
+    """From the sensor's x at which its hood takes the light."""
 
     @property
     def columns(self) -> int | None:

@@ -18,6 +18,7 @@ from jaxsat.satellites.sections.parts import (
     Body,
     Coil,
     Eddy,
+    Light,
     Magnet,
     Reflectivity,
     Residual,
@@ -50,6 +51,7 @@ class SatelliteFile(Section):
     residual: Residual | None = None
     eddy: Eddy | None = None
     surface: Surface | None = None
+    light: Light = Light()
     albedo: Reflectivity = Reflectivity()
     gauge: GaugeSettings = GaugeSettings()
     orbit: OrbitSettings

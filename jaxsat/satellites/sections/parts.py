@@ -1,6 +1,6 @@
 """Parts of a satellite in its file: body, magnet, rods, coils, wheels, surface, and the torques without a part."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
@@ -43,6 +43,7 @@ class Body(Section):
     """Mass properties."""
 
     mass_kg: Positive | None = None
+    """Wanted only where `inertia_kg_m2` is left out."""
     size_m: Size | None = None
     """Edges along the body axes."""
     inertia_kg_m2: Tensor | None = None
@@ -68,12 +69,14 @@ class Magnet(Section):
     """Permanent dipole."""
 
     dipole_A_m2: Triple = plain((0.0, 0.0, 0.0))
+    """Along the body axes."""
 
 
 class Rod(Section):
     """A rod of soft magnetic material: linear by `moment`, with hysteresis by the others."""
 
     axis: Direction
+    """Along which it lies."""
     moment: Scalar | None = None
     """In `reference_field_T` along it [A m2]."""
     reference_field_T: Positive = 3.0e-5
@@ -106,8 +109,11 @@ class Coil(Section):
     """A coil without core whose current a column tells; it holds its command until the next row."""
 
     axis: Direction
+    """Of its dipole for a positive current."""
     area_turns_m2: Scalar
+    """Area times turns: A m2 for each A."""
     column: str
+    """In which its current stands."""
     unit: UnitText = "A"
     """Of the column."""
 
@@ -116,23 +122,27 @@ class Wheel(Section):
     """A wheel whose rate a column tells."""
 
     axis: Direction
+    """About which it turns with a positive rate."""
     inertia: Scalar
     """About its axis [kg m2]."""
     column: str
+    """In which its rate against the body stands."""
     unit: UnitText = "rad/s"
     """Of the column."""
 
 
 class Residual(Section):
-    """A constant torque in body axes [N m]."""
+    """A constant torque."""
 
     torque: Triple = plain((0.0, 0.0, 0.0))
+    """Body axes [N m]."""
 
 
 class Eddy(Section):
-    """Damping by eddy currents [S m4], that is A m2 s/T."""
+    """Damping by eddy currents: the torque k (w x B) x B."""
 
     coefficient: Scalar = plain(0.0)
+    """k [S m4], that is A m2 s/T."""
 
 
 class Facet(Section):
@@ -150,11 +160,13 @@ class Surface(Section):
 
     facets: Annotated[tuple[Facet, ...], Field(strict=False)] | None = None
     size_m: Size | None = None
+    """Edges of the box; left out: those of the body."""
     center_of_mass_m: Vector = (0.0, 0.0, 0.0)
     """From the middle of the box."""
     specular: Scalar = plain(0.0)
+    """Share that the box's faces mirror."""
     diffuse: Scalar = plain(0.0)
-    """Of the box's faces."""
+    """Share that they scatter."""
     drag_coefficient: PositiveScalar = plain(2.2)
 
     @model_validator(mode="after")
@@ -164,8 +176,18 @@ class Surface(Section):
         return self
 
 
+class Light(Section):
+    """The Sun's light."""
+
+    shadow: Literal["cone", "cylinder"] = "cone"
+    """The Earth's: of a Sun of finite size, where readings in the penumbra tell nothing and do not count, or with a
+    sharp edge, where all count that do not contradict it."""
+
+
 class Reflectivity(Section):
     """Reflectivity of the Earth, mirror-like and diffuse."""
 
     specular: Scalar = plain(0.0)
+    """Share of the sunlight that is mirrored."""
     diffuse: Scalar = plain(0.3)
+    """Share that is scattered to all sides."""

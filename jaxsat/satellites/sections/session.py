@@ -30,7 +30,9 @@ class TimeSettings(Section):
     """Stamps of the table."""
 
     column: str
+    """Of the stamps."""
     form: Literal["iso", "unix", "seconds"] = "iso"
+    """iso: as 2020-11-21T20:58:01Z; unix: since 1970; seconds: since `epoch`."""
     epoch: Instant | None = None
     """Of the form `seconds`."""
     unit: Literal["s", "ms", "us", "ns"] = "s"
@@ -132,7 +134,9 @@ class OrbitSettings(Section):
     tle: Annotated[Any, BeforeValidator(_lines)] = None
     """A file, or the two lines; of several element sets the nearest is taken."""
     omm: str | None = None
+    """A file of CCSDS orbit mean elements."""
     oem: str | None = None
+    """A file of CCSDS orbit ephemerides."""
     elements: Elements | None = None
     columns: PositionColumns | None = None
 

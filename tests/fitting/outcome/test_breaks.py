@@ -1,48 +1,36 @@
-"""Breaks of a sensor of vectors: when, by which turn and bias, and none where there is none."""
+"""Breaks and late stamps in residuals that are made by hand."""
 
 import numpy as np
-import pytest
-from scipy.spatial.transform import Rotation
 
-from fitting.outcome.breaks import find_breaks
+from fitting.outcome.breaks import find_breaks, stamp_delay
 
-COUNT, SIGMA = 600, 0.3
-T = np.arange(COUNT) * 10.0
-# A field in its orbit, uT.
-VECTOR = np.stack([25.0 * np.sin(T / 890.0), 12.0 * np.cos(T / 640.0), 30.0 * np.cos(T / 890.0)], axis=1)
+T = np.arange(400) * 5.0
+FIELD = 30.0 * np.stack([np.cos(T / 300.0), np.sin(T / 170.0), np.sin(T / 410.0 + 1.0)], axis=1)
+SIGMA = 0.3
 
 
-def found_in(measured, sigma=SIGMA):
-    return find_breaks(T, (measured - VECTOR) / sigma, VECTOR, sigma, 1.0)
+def residual(seed=0):
+    return np.random.default_rng(seed).normal(size=FIELD.shape)
 
 
-def noise(seed):
-    return np.random.default_rng(seed).normal(scale=SIGMA, size=VECTOR.shape)
+def test_noise_has_no_break():
+    found = [find_breaks(T, residual(seed), FIELD, SIGMA, 1.0) for seed in range(30)]
+    assert not any(found)
 
 
-@pytest.mark.parametrize("turn_deg", [0.0, 3.0, 12.0, 40.0])
-def test_a_turn_and_a_bias_are_found_whole(turn_deg):
-    axis = np.array([0.6, -0.64, 0.48])
-    bias, first = np.array([1.0, -2.0, 0.5]), 371
-    measured = VECTOR + noise(1)
-    measured[first:] += Rotation.from_rotvec(np.radians(turn_deg) * axis).apply(VECTOR[first:]) + bias - VECTOR[first:]
-    (found,) = found_in(measured)
-    assert found.t_s == pytest.approx(T[first], abs=15.0)
-    assert found.turn_deg == pytest.approx(turn_deg, abs=0.3)
-    assert found.bias == pytest.approx(np.linalg.norm(bias), abs=0.15)
-    # What is left is the noise, also where the turn is no small one.
-    np.testing.assert_allclose(found.left, SIGMA, rtol=0.12)
+def test_a_turn_and_a_bias_are_found_at_their_time():
+    turn, bias, begin = np.radians([3.0, -8.0, 4.0]), np.array([0.5, 0.0, -1.0]), 250
+    changed = residual(1)
+    changed[begin:] += (np.cross(turn, FIELD[begin:]) + bias) / SIGMA
+    (found,) = find_breaks(T, changed, FIELD, SIGMA, 1.0)
+    assert abs(found.t_s - T[begin]) <= 15.0
+    assert abs(found.turn_deg - np.degrees(np.linalg.norm(turn))) < 0.3
+    assert abs(found.bias - np.linalg.norm(bias)) < 0.15
 
 
-def test_two_breaks_are_told_one_after_the_other():
-    measured = VECTOR + noise(2)
-    measured[200:] += [0.0, 0.0, 3.0]
-    measured[450:] += [-2.0, 0.0, 0.0]
-    first, second = found_in(measured)
-    assert (first.t_s, second.t_s) == pytest.approx((T[200], T[450]), abs=15.0)
-    assert (first.bias, second.bias) == pytest.approx((3.0, 2.0), abs=0.2)
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_noise_has_no_break(seed):
-    assert found_in(VECTOR + noise(seed)) == ()
+def test_late_stamps_show_in_residuals():
+    late = 2.0
+    rate = np.gradient(FIELD, T, axis=0)
+    delay, sigma = stamp_delay(T, residual() - late * rate / SIGMA, FIELD, SIGMA)
+    assert abs(delay - late) < 3.0 * sigma and sigma < 0.3
+    assert stamp_delay(T, residual(), np.ones_like(FIELD), SIGMA) is None
