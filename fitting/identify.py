@@ -15,6 +15,7 @@ from fitting.solvers.refine import Refined, candidates, refine
 from fitting.starts.carry import carried_back
 from fitting.starts.conventions import Convention, conventions, with_axes
 from fitting.starts.ladder import directed_samples, first_guesses, telling_samples
+from fitting.starts.mounting import with_turns
 from fitting.starts.multi_start import HOPELESS, Progress, Stage, advance, compile_solvers, distinct
 from fitting.starts.sights import Sights, sights_of
 from fitting.starts.stretches import longest_stretch
@@ -123,6 +124,8 @@ def identify(
         _grow(runs, seen[(seen >= begin) & (seen < fitted)] - begin, fitted - begin - 1, parameters, use, progress)
     else:
         runs = [_Run(each, with_axes(coarse, each), part, fastest, search, parameters, count=1) for each in found[:8]]
+        for run in runs:
+            run.starts = with_turns(run.starts, run.problem, part, parameters, fitted - begin)
     fine_step = _fine_step(runs, search, whole_span)
     fine = build_sensed(samples, model, around, max_step=max(min(step, fine_step), finest), room_for=finest, **build)
     weight = usable(fine, samples)

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from jaxsat.plotting.style import AXIS_COLOURS, INK, LEFT_OUT, SHADOW, dress, head, new_figure, png_bytes
+from experiments.flight.small_png import small_png
+from jaxsat.plotting.style import AXIS_COLOURS, INK, LEFT_OUT, SHADOW, dress, head, new_figure
 
 HOUR = 3600.0
 SPAN = (0.0, 14.0)
@@ -40,7 +41,7 @@ def draw_iss(path: Path, whole, until, after) -> None:
     rows[1].text(0.8, 10.0, "fitted", fontsize=8.5, color=INK, va="top")
     rows[2].set_xlim(*SPAN)
     rows[2].set_xlabel("hours after 2022-01-31 12:21:15 UTC", fontsize=9)
-    path.write_bytes(png_bytes(figure))
+    path.write_bytes(small_png(figure))
 
 
 def _residuals(row, results, colours, limit) -> None:

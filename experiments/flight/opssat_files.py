@@ -60,7 +60,7 @@ def write_tables(attitude: np.ndarray, diodes: np.ndarray, folder: Path, digits:
         stream.write("t_s,qw,qx,qy,qz,repeats,turns_deg_s\n")
         for t, *q, repeats, rate in attitude.tolist():
             numbers = ",".join(f"{x:.{digits}f}" for x in q)
-            stream.write(f"{t:.1f},{numbers},{repeats:.0f},{'' if np.isnan(rate) else f'{rate:.2f}'}\n")
+            stream.write(f"{t:.1f},{numbers},{repeats:.0f},{'' if np.isnan(rate) else f'{rate:.1f}'}\n")
     with paths[1].open("w", encoding="utf-8", newline="\n") as stream:
         stream.write("t_s,pd3,pd6\n")
         stream.writelines(f"{t:.0f},{a:.4f},{b:.4f}\n" for t, a, b in diodes.tolist())
@@ -77,7 +77,7 @@ def excerpt(source: Path) -> None:
     attitude, diodes = read_attitude(source / ATTITUDE), read_diodes(source / DIODES)[::2]
     place = np.searchsorted(diodes[:, 0], attitude[:, 0])
     near = [np.abs(diodes[np.clip(place + k, 0, len(diodes) - 1), 0] - attitude[:, 0]) for k in (-1, 0)]
-    write_tables(attitude[np.minimum(*near) < 16.0], diodes, EXCERPT, 4)
+    write_tables(attitude[np.minimum(*near) < 10.1], diodes, EXCERPT, 4)
 
 
 if __name__ == "__main__":

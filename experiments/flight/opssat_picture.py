@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from jaxsat.plotting.style import FAINT, INK, LEFT_OUT, dress, head, new_figure, png_bytes
+from experiments.flight.small_png import small_png
+from jaxsat.plotting.style import FAINT, INK, LEFT_OUT, dress, head, new_figure
 
 DAY = 86400.0
 COLOUR = "#2340a8"
@@ -30,4 +31,4 @@ def draw_opssat(path: Path, diodes, epoch) -> None:
         column[1].plot(days[each.clear], difference[each.clear], ".", ms=1.2, color=COLOUR)
         column[1].set_ylim(-30, 30)
         dress(column[1], x_label=f"days after {epoch.iso(0)} UTC", y_label="difference, deg")
-    path.write_bytes(png_bytes(figure))
+    path.write_bytes(small_png(figure))

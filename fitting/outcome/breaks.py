@@ -5,6 +5,7 @@ wrong, and the residuals say when. Least squares of bias and turn behind every c
 """
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from fitting.outcome.sensed_result import Break
 
@@ -14,6 +15,8 @@ REMARKABLE = 60.0
 """Saving of chi2 beyond which a break is told, and no less than `SHARE` of what the samples behind it have."""
 SHARE = 0.5
 MOST = 3
+TURNS = 4
+"""Steps from the small turn to the whole one."""
 
 
 def find_breaks(
@@ -32,19 +35,33 @@ def find_breaks(
             break
         number, change, saving = place
         first = begin + number
+        bias, turn, left = _settled(residual[first:], vector[first:] / sigma, change)
         found.append(
             Break(
                 float(t[first]),
-                float(np.degrees(np.linalg.norm(change[3:]))),
-                float(np.linalg.norm(change[:3]) * sigma * to_unit),
+                float(np.degrees(turn.magnitude())),
+                float(np.linalg.norm(bias) * sigma * to_unit),
                 float(saving),
+                tuple((np.sqrt((left**2).mean(axis=0)) * sigma * to_unit).tolist()),
             )
         )
-        design = _design(vector[first:] / sigma)
-        residual = residual.copy()
-        residual[first:] -= np.einsum("nij,j->ni", design, change)
+        residual, vector = residual.copy(), vector.copy()
+        residual[first:], vector[first:] = left, turn.apply(vector[first:]) + bias * sigma
         begin = first
     return tuple(found)
+
+
+def _settled(residual: np.ndarray, vector: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, Rotation, np.ndarray]:
+    """Bias [sigma], turn and what they leave of residuals, by Gauss's method from a small turn on."""
+    bias, turn = change[:3], Rotation.from_rotvec(change[3:])
+    for _ in range(TURNS):
+        turned = turn.apply(vector)
+        design, left = _design(turned), residual + vector - turned - bias
+        normal = np.einsum("nij,nik->jk", design, design)
+        normal += 1e-9 * np.trace(normal) * np.eye(6)
+        step = np.linalg.solve(normal, np.einsum("nij,ni->j", design, left))
+        bias, turn = bias + step[:3], Rotation.from_rotvec(step[3:]) * turn
+    return bias, turn, residual + vector - turn.apply(vector) - bias
 
 
 def _design(vector: np.ndarray) -> np.ndarray:

@@ -45,6 +45,8 @@ class Break:
     """Length of the change of bias, in the channel's unit."""
     saving: float
     """Of chi2."""
+    left: tuple[float, ...] = ()
+    """RMS of each column behind it with the change, in the channel's unit."""
 
 
 @dataclass(frozen=True)

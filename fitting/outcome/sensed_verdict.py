@@ -13,6 +13,7 @@ from fitting.outcome.sensed_result import (
     PREDICTS,
     UNDETERMINED,
     WRONG_MODEL,
+    Break,
     ChannelFit,
     Holdout,
 )
@@ -184,8 +185,8 @@ def _remarks(evidence: Evidence):
             yield f"neighbouring residuals of {name} agree beyond chance (lag 1: {max(alike, key=abs):+.2f})"
         for each in channel.breaks:
             yield (
-                f"{name} breaks at {each.t_s:.0f} s: from there on a turn of {each.turn_deg:.1f} deg and a bias of "
-                f"{each.bias:.3g} {channel.unit} explain what is left"
+                f"{name} breaks at {each.t_s:.0f} s: from there on a turn of {each.turn_deg:.1f} deg and a change of "
+                f"bias by {each.bias:.2g} {channel.unit} explain what is off{_left(each, channel)}"
             )
     held, far = ([name for name, note in evidence.notes.items() if note == which] for which in (HELD_BY_PRIOR, FAR_OFF))
     if held:
@@ -196,3 +197,9 @@ def _remarks(evidence: Evidence):
             "such as a coil's area, and at units"
         )
     yield from (f"{name} is {note}" for name, note in evidence.notes.items() if note not in (HELD_BY_PRIOR, FAR_OFF))
+
+
+def _left(found: Break, channel: ChannelFit) -> str:
+    if not found.left:
+        return ""
+    return f", but for {', '.join(f'{rms:.2g}' for rms in found.left)} {channel.unit} RMS"

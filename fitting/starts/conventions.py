@@ -11,6 +11,7 @@ import numpy as np
 from fitting.measurements.assembly import Samples
 from fitting.measurements.sensed import SensedProblem
 from fitting.starts.ladder import finite_turn_rates
+from fitting.starts.mounting import body_directions
 from fitting.starts.sights import sights_of
 
 MOST = 24
@@ -80,7 +81,13 @@ def _mismatch(problem: SensedProblem, samples: Samples) -> float:
         between = [_angles(a.body, b.body), _angles(a.inertial, b.inertial)]
         difference = (between[0] - between[1]) / np.hypot(a.sigma, b.sigma).clip(np.radians(5.0))
         squares.append(np.minimum(difference[np.isfinite(difference)] ** 2, 25.0))
-    attitude, _ = sights.wahba()
+    if problem.motion is None:
+        attitude, _ = sights.wahba()
+    else:
+        attitude = np.asarray(problem.motion.quaternion)[: len(sights.t)]
+        for each in sights.directions:
+            difference = _angles(each.body, body_directions(each, problem.motion)) / each.sigma.clip(np.radians(5.0))
+            squares.append(np.minimum(difference[np.isfinite(difference)] ** 2, 25.0))
     good = np.flatnonzero(np.isfinite(attitude).all(axis=1) & np.isfinite(sights.rate).all(axis=1))
     if len(good) > 2:
         turned = finite_turn_rates(sights.t[good], attitude[good])

@@ -385,6 +385,8 @@ sigma = 3.0
         *("sun.gain.+x", "sun.gain.-z"),
         *("sun.tilts.+x.y", "sun.tilts.+x.z", "sun.tilts.-z.x", "sun.tilts.-z.y", "sun.delay"),
     ]
+    rimmed = read(file(BODY + text.replace("tilts_deg =", "rim = {value = 0.0, sigma = 0.2}\ntilts_deg =")))
+    assert leaf(rimmed, "sun.rim.-z.sin4").entries == (15,) and leaf(rimmed, "sun.rim.+x.cos1").sigma == 0.2
     assert value(found, "sun.gain.-z") == 1.1 and leaf(found, "sun.tilts.+x.y").sigma == pytest.approx(math.radians(3))
     with pytest.raises(InputError, match=r"channels.sun.unit: expected a unit of rad"):
         read(file(BODY + text.replace('unit = "deg"', 'unit = "A"')))

@@ -12,7 +12,9 @@ from jaxsat.sensors.sunlight.sun_elevation import STRAIGHT_FROM, elevation_of_li
 
 GAIN = np.linspace(0.85, 0.95, 6)
 TILTS = np.random.default_rng(8).normal(scale=0.1, size=(6, 2))
+RIM = np.random.default_rng(9).normal(scale=0.1, size=(6, 8))
 LEVEL, TILTED = SunElevation(FACES, GAIN), SunElevation(FACES, GAIN, TILTS)
+RIMMED = SunElevation(FACES, GAIN, None, RIM)
 
 
 def tilted_faces():
@@ -31,6 +33,21 @@ def test_reading_is_the_arcsine_of_the_light(sensor, normals):
     assert np.all(found[light >= 1.0] == 0.5 * np.pi)
 
 
+def test_the_rim_is_a_sum_of_waves_of_the_azimuth():
+    share = np.zeros((len(SUNS), 6))
+    for face, axis in enumerate((0, 0, 1, 1, 2, 2)):
+        u, v = np.delete(body(SUNS), axis, axis=1).T
+        for m in range(1, 5):
+            wave = RIM[face, 2 * m - 2] * np.cos(m * np.arctan2(v, u)) + RIM[face, 2 * m - 1] * np.sin(
+                m * np.arctan2(v, u)
+            )
+            share[:, face] += np.hypot(u, v) ** 8 * wave
+    light = LIT[:, None] * np.maximum(body(SUNS) @ FACES.T, 0.0) * (1.0 + share)
+    expected = np.arcsin(np.clip(GAIN * (light + earthlight(FACES)), 0.0, 1.0))
+    sure = expected < STRAIGHT_FROM
+    np.testing.assert_allclose(readings(RIMMED)[sure], expected[sure], atol=1e-12)
+
+
 def test_without_light_of_the_earth_it_is_the_elevation_itself():
     sensor = SunElevation(FACES, np.ones(6), earthlight=False)
     views = VIEWS.light.illumination == 1.0
@@ -39,7 +56,7 @@ def test_without_light_of_the_earth_it_is_the_elevation_itself():
 
 
 def test_slopes_are_differences():
-    for sensor in (LEVEL, TILTED):
+    for sensor in (LEVEL, TILTED, RIMMED):
         forward, reverse, differences = slopes(sensor, some(1, 4, 9))
         np.testing.assert_allclose(forward, differences, atol=3e-9 * np.abs(forward).max())
         np.testing.assert_allclose(reverse, forward, atol=1e-12 * np.abs(forward).max())
@@ -51,7 +68,7 @@ def test_slopes_are_finite_in_the_dark_on_the_axis_and_beyond_all_light():
     suns = [(np.sin(angle), 0.0, np.cos(angle)) for angle in angles]
     views = jax.tree.map(lambda *x: jnp.stack(x), *(view_of(Rotation.identity(), sun=sun) for sun in suns))
     for gain in (0.9, 1.0, 1.3):
-        forward, reverse, _ = slopes(SunElevation(z, [gain], [[0.0, 0.0]]), views)
+        forward, reverse, _ = slopes(SunElevation(z, [gain], [[0.0, 0.0]], np.full((1, 8), 0.1)), views)
         assert np.all(np.isfinite(forward)) and np.all(np.isfinite(reverse))
         # Nothing is more than a right angle, and from behind the Sun changes nothing.
         assert np.all(forward[3] == 0.0) and (gain < 1.2 or np.all(forward[0] == 0.0))

@@ -96,7 +96,10 @@ def witness_document(witness: Witness) -> dict[str, Any]:
 
 def break_document(name: str, channel: ChannelFit) -> dict[str, Any]:
     """From when on constant changes of a sensor explain what is left."""
-    changes = [{"t_s": b.t_s, "turn_deg": b.turn_deg, "bias": b.bias, "saving": b.saving} for b in channel.breaks]
+    changes = [
+        {"t_s": b.t_s, "turn_deg": b.turn_deg, "bias": b.bias, "saving": b.saving, "left": list(b.left)}
+        for b in channel.breaks
+    ]
     return {"channel": name, "unit": channel.unit, "breaks": changes}
 
 

@@ -80,7 +80,7 @@ def _channel(name: str, fit: dict, table: dict[str, np.ndarray]) -> ChannelFit:
         holdout=held and Holdout(*(held[key] for key in ("count", "outliers", "rms", "promised_rms", "angle_deg"))),
         delay_s=delay["value"] if shown else None,
         delay_sigma_s=delay["sigma"] if shown else None,
-        breaks=tuple(Break(**each) for each in breaks),
+        breaks=tuple(Break(**{**each, "left": tuple(each["left"])}) for each in breaks),
         witness=witness,
     )
 

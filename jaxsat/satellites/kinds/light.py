@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from jaxsat.files.units import parsed_unit
 from jaxsat.satellites.kinds.common import CurrentUnit, Normals, SensorKeys
-from jaxsat.satellites.sections.fitted import Fitted, PositiveScalar, UnitText, panel_names, plain
+from jaxsat.satellites.sections.fitted import Fitted, PositiveScalar, Scalar, UnitText, panel_names, plain
 from jaxsat.setting_types import NonNegative, Section
 
 if TYPE_CHECKING:
@@ -177,10 +177,28 @@ class SunElevationKeys(_TiltedFaces):
     """`kind = "sun_elevation"`: photodiodes that send the elevation of the Sun over their planes."""
 
     quantity: ClassVar[str | None] = "rad"
+    rim: Scalar | None = None
+    """What shades each diode at low elevations, or shines into it: one value and sigma for all its harmonics."""
 
     def built(self, name: str, leaves: "LeafList") -> "AbstractSensor":
         from jaxsat.sensors import SunElevation
 
-        gain = self.add_gains(name, leaves)
-        tilts = self.add_tilts(name, leaves)
-        return SunElevation(normals=np.array(self.normals), gain=gain, tilts=tilts, earthlight=self.earthlight)
+        return SunElevation(
+            normals=np.array(self.normals),
+            gain=self.add_gains(name, leaves),
+            tilts=self.add_tilts(name, leaves),
+            rim=self._add_rim(name, leaves),
+            earthlight=self.earthlight,
+        )
+
+    def _add_rim(self, name: str, leaves: "LeafList") -> np.ndarray | None:
+        from jaxsat.sensors.sunlight.sun_elevation import HARMONICS
+
+        if self.rim is None:
+            return None
+        waves = [f"{wave}{m}" for m in range(1, HARMONICS + 1) for wave in ("cos", "sin")]
+        suffixes = [f".{face}.{wave}" for face in panel_names(self.normals) for wave in waves]
+        count = len(suffixes)
+        flat = self.rim.model_copy(update={"value": (self.rim.value,) * count})
+        leaves.add(f"{name}.rim", f"sensors.{name}.rim", flat, suffixes, loose=0.3)
+        return np.full((len(self.normals), len(waves)), float(self.rim.value))

@@ -4,6 +4,7 @@ import math
 from typing import ClassVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray
@@ -11,12 +12,34 @@ from jaxtyping import Array, Float, PRNGKeyArray
 from jaxsat.math import float_array, optional_array
 from jaxsat.sensors.abstract import AbstractSensor, Sight
 from jaxsat.sensors.noise import Size, normal_noise
-from jaxsat.sensors.sunlight.panels import turned_across
+from jaxsat.sensors.sunlight.panels import axes_across, turned_across
 from jaxsat.sensors.sunlight.sun_of_cells import sun_of_cells
 from jaxsat.sensors.view import View
 
 STRAIGHT_FROM = math.radians(89.5)
 """Elevation beyond which the arcsine goes straight to a right angle, where its own slope is infinite [rad]."""
+
+
+HARMONICS, STEEPNESS = 4, 8
+"""Of the azimuth in `SunElevation.rim`, and the power of the sine of the Sun's angle off the axis there."""
+
+
+def rim_share(
+    normal: Float[Array, "3"], sun: Float[Array, "3"], rim: Float[Array, " waves"]
+) -> Float[Array, ""]:
+    """What stands about a diode adds to its sunlight, over that: sin^8(angle) sum (a_m cos m phi + b_m sin m phi).
+
+    The azimuth phi goes from the first of the body axes across the normal to the second, `rim` is a_1, b_1, a_2, ...
+    """
+    u, v = axes_across(normal) @ sun
+    square, total = u * u + v * v, jnp.zeros(())
+    cosine, sine = jnp.ones(()), jnp.zeros(())
+    for m in range(1, HARMONICS + 1):
+        # Powers of u + iv: smooth also on the axis, where there is no azimuth.
+        cosine, sine = cosine * u - sine * v, sine * u + cosine * v
+        rest = square ** (0.5 * (STEEPNESS - m))
+        total = total + rest * (rim[2 * m - 2] * cosine + rim[2 * m - 1] * sine)
+    return total
 
 
 def elevation_of_light(light: Float[Array, " n"]) -> Float[Array, " n"]:
@@ -43,11 +66,16 @@ class SunElevation(AbstractSensor):
     """Light of the Sun on the axis over what the satellite takes it for."""
     tilts: Float[Array, "n 2"] | None = eqx.field(converter=optional_array, default=None)
     """Turns of each diode off its place about the two body axes across it [rad]."""
+    rim: Float[Array, "n waves"] | None = eqx.field(converter=optional_array, default=None)
+    """Of what shades a diode at low elevations, or shines into it (`rim_share`), by direction."""
     earthlight: bool = eqx.field(static=True, default=True)
 
     def __call__(self, view: View) -> Float[Array, " n"]:
         normals = self.tilted_normals()
         light = view.sunlight(normals)
+        if self.rim is not None:
+            share = jax.vmap(rim_share, in_axes=(0, None, 0))(normals, view.sun, self.rim)
+            light = light * jnp.maximum(1.0 + share, 0.0)
         return elevation_of_light(self.gain * (light + view.earthlight(normals) if self.earthlight else light))
 
     def tilted_normals(self) -> Float[Array, "n 3"]:

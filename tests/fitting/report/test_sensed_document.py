@@ -48,7 +48,11 @@ def test_axes_breaks_delays_worth_and_rejections(document):
     assert document["axes"] == {"mag": ["+x", "-z", "+y"]}
     assert document["alternatives"][0]["axes"] == {"mag": ["+y", "-z", "-x"]}
     assert document["breaks"] == [
-        {"channel": "mag", "unit": "nT", "breaks": [{"t_s": 300.0, "turn_deg": 4.0, "bias": 1500.0, "saving": 190.0}]}
+        {
+            "channel": "mag",
+            "unit": "nT",
+            "breaks": [{"t_s": 300.0, "turn_deg": 4.0, "bias": 1500.0, "saving": 190.0, "left": []}],
+        }
     ]
     assert document["delays"]["mag"] == {"value": 0.9, "sigma": 0.05, "unit": "s", "from": "residuals"}
     assert document["delays"]["gyro"] == {"value": 0.21, "sigma": 0.02, "unit": "s", "from": "fit"}

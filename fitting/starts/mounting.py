@@ -1,0 +1,55 @@
+"""How sensors of directions are turned, where the motion is given: the start of a turn that may be any.
+
+Along a known motion a known direction is known in body axes too, so the turn that carries what a sensor shows to what
+it should show is that of Wahba 1965, whatever its size; from no turn at all a solver finds half a circle only by luck.
+"""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from fitting.measurements.assembly import Samples
+from fitting.measurements.sensed import Motion, SensedProblem
+from fitting.parameters.free import FreeParameters
+from fitting.starts.multi_start import Starts
+from fitting.starts.sights import Directions, sights_of
+from jaxsat.satellites.model import array_at
+
+FEWEST = 8
+"""Samples with a direction."""
+
+
+def body_directions(directions: Directions, motion: Motion) -> np.ndarray:
+    """[samples 3] where a sensor should see its direction, by the motion."""
+    turns = Rotation.from_quat(np.asarray(motion.quaternion)[: len(directions.inertial)], scalar_first=True)
+    return turns.inv().apply(directions.inertial)
+
+
+def with_turns(
+    starts: Starts, problem: SensedProblem, samples: Samples, parameters: FreeParameters, until: int
+) -> Starts:
+    """The first start, and beside it one whose sensors are turned as the first `until` samples show."""
+    assert problem.motion is not None
+    spots = {leaf.spot: number for number, leaf in enumerate(parameters.leaves)}
+    free = set(parameters.columns.tolist())
+    values = np.array(parameters.tree.nominal, float)
+    for name in samples.values:
+        place = f"sensors.{name}.turn"
+        numbers = [spots.get((place, (k,)), -1) for k in range(3)]
+        one = Samples(samples.t, {name: samples.values[name]}, samples.channels, samples.epoch, {}, samples.given)
+        if not free.issuperset(numbers):
+            continue
+        for directions in sights_of(problem, one).directions:
+            seen, due = directions.body[:until], body_directions(directions, problem.motion)[:until]
+            good = np.isfinite(seen).all(axis=1)
+            if good.sum() < FEWEST:
+                continue
+            apart, _ = Rotation.align_vectors(due[good], seen[good])
+            nominal = Rotation.from_rotvec(np.asarray(array_at(problem.model, place), float))
+            values[numbers] = (apart * nominal).as_rotvec()
+    turned = starts.x[:1].copy()
+    turned[:, -len(parameters.columns) :] = parameters.shifts(values)
+    return Starts(
+        np.concatenate([starts.x[:1], turned]),
+        np.concatenate([starts.reference[:1]] * 2),
+        np.concatenate([starts.cost[:1]] * 2),
+    )
