@@ -12,6 +12,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from experiments.twins.draw import draw
+from experiments.twins.write import write_session
+from jaxsat.cli.main import run
+from jaxsat.satellites import Satellite, read_satellite
+from jaxsat.sensors import View
+
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 MOST_PAGES = 15
@@ -120,9 +126,42 @@ np.testing.assert_allclose(gradient, steps, rtol=1e-4)
 """
     # As for a user: the other tests have a code generator of their own (conftest.py).
     own = {name: value for name, value in os.environ.items() if name != "XLA_FLAGS"}
-    run = subprocess.run([sys.executable, "-c", example + check], capture_output=True, text=True, timeout=300, env=own)
-    assert run.returncode == 0, run.stderr
-    assert "(1000, 1, 4)\n[" in run.stdout
+    done = subprocess.run([sys.executable, "-c", example + check], capture_output=True, text=True, timeout=300, env=own)
+    assert done.returncode == 0, done.stderr
+    assert "(1000, 1, 4)\n[" in done.stdout
+
+
+def test_a_sensor_of_ones_own_reads_a_satellite_file(tmp_path):
+    text = (ROOT / "docs" / "satellites" / "sensors.md").read_text("utf-8")
+    ((code, keys),) = re.findall(
+        r"^<!-- runs -->\n```py\n(.*?)^```\n\n```toml\n(.*?)^```", text, re.DOTALL | re.MULTILINE
+    )
+    (tmp_path / "my_sensors.py").write_text(code)
+    (tmp_path / "sat.toml").write_text(
+        '[body]\ninertia_kg_m2 = [1.0, 1.0, 1.0]\n[time]\ncolumn = "utc"\n[orbit]\ntle = "a.tle"\n' + keys
+    )
+    satellite = read_satellite(tmp_path / "sat.toml")
+    assert isinstance(satellite, Satellite)
+    none, field = jnp.zeros(3), jnp.array([3e-5, 0.0, -4e-5])
+    view = View(jnp.array([1.0, 0.0, 0.0, 0.0]), none, jnp.array(0.0), jnp.array([7e6, 0.0, 0.0]), none, field)
+    np.testing.assert_allclose(satellite.model.sensors["size"](view), [5e-5], rtol=1e-15)
+    assert [leaf.name for leaf in satellite.leaves if leaf.sigma is not None] == ["size.gain"]
+
+
+@pytest.mark.slow
+def test_the_draft_and_the_check_of_the_tutorial_are_those_of_the_program(tmp_path, monkeypatch, capsys):
+    text = (ROOT / "docs" / "satellites" / "verdict.md").read_text("utf-8")
+    table = write_session(draw("1u-coils", 3), tmp_path / "lark")
+    monkeypatch.chdir(tmp_path)
+    table.rename("pass.csv")
+    table.with_suffix(".tle").rename("pass.tle")
+    assert run(["init", "pass.csv"]) == 0
+    drafted = capsys.readouterr().out
+    assert "area_turns_m2 = 1.0    # CHANGE" in drafted
+    Path("sat.toml").write_text(drafted)
+    assert run(["check", "pass.csv", "--satellite", "sat.toml"]) == 0
+    # Lines break where the terminal ends.
+    assert " ".join(capsys.readouterr().out.split()) in " ".join(text.split())
 
 
 def test_what_contributors_start_from_runs(tmp_path, monkeypatch, capsys):

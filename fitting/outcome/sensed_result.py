@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fitting.outcome.result import FittedParameter
+from fitting.outcome.series import PanelResiduals
 
 PREDICTS, FITS_ONLY, FITS = "predicts", "fits, does not predict", "fits"
 AMBIGUOUS_VERDICT, UNDETERMINED, WRONG_MODEL = "ambiguous", "undetermined", "not this model"
@@ -80,6 +81,8 @@ class ChannelFit:
     """Of its stamps by the residuals, where the fit has none of its own."""
     delay_sigma_s: float | None
     breaks: tuple[Break, ...] = ()
+    residuals: tuple[PanelResiduals, ...] = ()
+    """Size, mean and memory of the residuals of each of its columns, of what was fitted."""
     witness: bool = False
     """Not fitted, but asked whether it agrees: all its readings count as held out."""
 

@@ -15,6 +15,7 @@ from fitting.outcome.looking import Look, look_at
 from fitting.outcome.result import FittedParameter
 from fitting.outcome.sensed_result import WILD, ChannelFit, Holdout, SensedResult
 from fitting.outcome.sensed_verdict import FAR_OFF, HELD_BY_PRIOR, Evidence, judge
+from fitting.outcome.series import PanelResiduals, panel_residuals, slots
 from fitting.outcome.uncertainty import correlations, field_angle_sigma, promised_saving
 from fitting.outcome.worth import worth
 from fitting.parameters.free import FreeParameters
@@ -192,9 +193,16 @@ def _channels(found, best, seen, point, counted) -> dict[str, ChannelFit]:
             delay_s=delay[0] if delay else None,
             delay_sigma_s=delay[1] if delay else None,
             breaks=breaks,
+            residuals=_memory(samples.t[own], residual, mask),
             witness=channel.witness,
         )
     return result
+
+
+def _memory(t: np.ndarray, residual: np.ndarray, mask: np.ndarray) -> tuple[PanelResiduals, ...]:
+    """Diagnostics of each column of residuals [time columns], of those that `mask` says were fitted."""
+    slot = slots(t)
+    return tuple(panel_residuals(residual[mask[:, k], k], slot[mask[:, k]]) for k in range(residual.shape[1]))
 
 
 def _holdout(residual, promised, known, later, outliers, sigma, angle) -> Holdout | None:

@@ -32,6 +32,8 @@ TOO_FAR = 2.0
 """Held-out error over the promised one beyond which a fit does not predict."""
 HELD_BY_PRIOR, FAR_OFF = "held by its prior", "far off its prior"
 """Notes on a parameter."""
+ALIKE = 1e-4
+"""Probability of white noise below which neighbouring residuals are said to agree."""
 LATE_SIGMAS = 5.0
 """Of a delay that residuals show, beyond which it is told."""
 
@@ -123,11 +125,17 @@ def judge(evidence: Evidence) -> tuple[str, str, str, tuple[str, ...]]:
             "one motion explains the data; hold a part of them out to see whether it predicts",
             remarks,
         )
-    far = {name: c.holdout.sigma_ratio for name, c in evidence.channels.items() if c.holdout and not c.witness}
-    bad = [f"{name} {ratio:.1f}" for name, ratio in far.items() if ratio > TOO_FAR]
+    bad = [
+        f"{name} {channel.holdout.sigma_ratio:.1f} times, {100 * lost:.0f} % of it far off"
+        for name, channel in evidence.channels.items()
+        if channel.holdout and not channel.witness
+        for lost in [float(np.mean(~channel.used[~channel.fitted]))]
+        if channel.holdout.sigma_ratio > TOO_FAR or lost > MOST_LEFT_OUT
+    ]
     if bad:
-        reason = f"held-out readings are off by more than twice what the fit promises ({', '.join(bad)} times)"
-        return CONVERGED, FITS_ONLY, reason + ": look for a missing term of a sensor, or a break", remarks
+        reason = f"held-out readings are farther off than the fit promises ({'; '.join(bad)})"
+        # A witness against the model: scripts that ask for the status alone must not take it for a good fit.
+        return NOT_CONVERGED, FITS_ONLY, reason + ": look for a missing term of a sensor, or a break", remarks
     return CONVERGED, PREDICTS, "one motion explains the data and predicts what was held out", remarks
 
 
@@ -167,6 +175,13 @@ def _remarks(evidence: Evidence):
         if delay is not None and sigma is not None and abs(delay) > LATE_SIGMAS * sigma:
             late = "late" if delay > 0 else "early"
             yield f"stamps of {name} look {abs(delay):.2g} s {late}: give channels.{name}.delay_s a sigma"
+        alike = [
+            one.lag1 or 0.0
+            for one in channel.residuals
+            if (1.0 if one.ljung_box_p is None else one.ljung_box_p) < ALIKE
+        ]
+        if alike:
+            yield f"neighbouring residuals of {name} agree beyond chance (lag 1: {max(alike, key=abs):+.2f})"
         for each in channel.breaks:
             yield (
                 f"{name} breaks at {each.t_s:.0f} s: from there on a turn of {each.turn_deg:.1f} deg and a bias of "
