@@ -57,8 +57,8 @@ def fit_document(
 ) -> tuple[dict[str, Any], list[str]]:
     """Returns the content of fit.json, and the places in it where a number that is not finite became null.
 
-    The key `limb` is there only where limb angles were fitted, `witness` where a sensor that was not fitted says whether
-    it confirms the motion; `orbit` is that of `orbit_states`.
+    The key `limb` is there only where limb angles were fitted, `witness` where a sensor that was not fitted says
+    whether it confirms the motion; `orbit` is that of `orbit_states`.
     """
     document: dict[str, Any] = {
         "schema": SCHEMA,

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from fitting.outcome.diagnostics import LAGS, Diagnostics, diagnose, magnetometer_witness, panel_residuals
+from fitting.outcome.diagnostics import Diagnostics, diagnose, magnetometer_witness
 from fitting.outcome.result import FitResult
+from fitting.outcome.series import LAGS, panel_residuals
 from jaxsat.bundled import BUNDLED
 from jaxsat.errors import InputError
 from jaxsat.telemetry import read_telemetry
