@@ -29,6 +29,8 @@ UNKNOWN_DEG = 30.0
 """1-sigma of an attitude that nothing tells."""
 MOST_LEFT_OUT = 0.25
 """Share of a channel's readings that may be left out."""
+MOST_MISFITS = 0.05
+"""Share of the bright samples of panels that may be left out without being dimmer than modelled."""
 TOO_FAR = 2.0
 """Held-out error over the promised one beyond which a fit does not predict."""
 HELD_BY_PRIOR, FAR_OFF = "held by its prior", "far off its prior"
@@ -148,6 +150,11 @@ def _wrong(evidence: Evidence) -> str | None:
             return (
                 f"{name} does not fit: its residuals are {np.sqrt(chi2):.1f} times the stated noise; free more of "
                 f"the satellite or of {name} (bias, turn, scale, stray, delay), or state the noise it deserves"
+            )
+        if channel.misfits > MOST_MISFITS:
+            return (
+                f"{100 * channel.misfits:.0f} % of the bright samples of {name} fit no attitude, and no limited "
+                "current dims them: the model is wrong; free more of the satellite (rods, inertia, magnet)"
             )
         if channel.fitted.any():
             lost = 1.0 - float(channel.used[channel.fitted].mean())
