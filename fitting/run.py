@@ -11,20 +11,24 @@ import jax
 from fitting.estimate import estimate
 from fitting.measurements.limb_input import LimbInput
 from fitting.measurements.observations import LIMB_FIELD
+from fitting.outcome.diagnostics import magnetometer_witness
 from fitting.outcome.profile import Profile
 from fitting.outcome.profiler import Profiler
 from fitting.outcome.result import FitResult, FittedParameter
+from fitting.outcome.sensed_verdict import Witness
 from fitting.parameters.nominal import nominal_model
 from fitting.report.files import FILES, write_fit
 from fitting.report.scene import Sky, look_around
+from fitting.sensed_run import SensedFit, fit_table
+from fitting.sensed_settings import SensedSettings
 from fitting.session import PreparedSession, prepare_session
 from fitting.settings import FitSettings
 from fitting.starts.multi_start import Progress
 from jaxsat.errors import InputError
 from jaxsat.files.staging import staged_directory
 from jaxsat.given import Given
-from jaxsat.satellites import SatelliteNumbers
-from jaxsat.telemetry import MatchedLimbAngles, Session
+from jaxsat.satellites import Satellite, SatelliteNumbers
+from jaxsat.telemetry import MatchedLimbAngles, Session, TableSession
 
 
 @dataclass(frozen=True)
@@ -40,6 +44,8 @@ class SessionFit:
     profiles: Sequence[Profile] = ()
     limb: MatchedLimbAngles | None = None
     """Limb angles that were fitted too."""
+    witness: Witness | None = None
+    """What the magnetometer says of the motion; None where it has no reading."""
     remarks: Sequence[str] = ()
     """Warnings of what was given and is not used, and of profiles that could not be taken."""
 
@@ -91,29 +97,39 @@ class SessionFit:
             plots=plots,
             profiles=self.profiles,
             limb=self.limb,
+            witness=self.witness,
             remarks=self.remarks,
         )
 
 
 def fit(
-    satellite: SatelliteNumbers,
-    session: Session,
+    satellite: SatelliteNumbers | Satellite,
+    session: Session | TableSession,
     *,
     free: str | Sequence[str] | None = None,
-    settings: FitSettings | None = None,
+    holdout: float | None = None,
+    settings: FitSettings | SensedSettings | None = None,
     given: Given | None = None,
     limb: str | Path | None = None,
     profiles: Sequence[str] = (),
     progress: Progress = lambda *_: None,
-) -> SessionFit:
-    """Fits attitude and parameters to the panel currents of a session.
+) -> SessionFit | SensedFit:
+    """Fits attitude and parameters to what the sensors of a satellite measured.
 
-    `satellite` (`jaxsat.read_satellite`) holds the nominal values, `session` (`jaxsat.read_telemetry`) the telemetry.
+    `satellite` (`jaxsat.read_satellite`) holds the nominal values, `session` (`jaxsat.read_telemetry`) the telemetry: a
+    satellite file of any sensors and its tables are fitted by `fit_table`, of which the share `holdout` of the time is
+    only predicted; a satellite of Munin's kind and a RAW_SUN session by its six panel currents, with what follows.
     `free` names what is fitted, in place of `settings.free`; `given` is what of orbit, Earth and Sun shall not be found
     from the session; `limb` a CSV file of limb angles; `profiles` names free parameters whose cost is walked along.
     A fit that does not converge is a result with that status. Raises `InputError` for what cannot be fitted, ValueError
     (pydantic's) for a setting that cannot be, and ValueError where JAX works in single precision.
     """
+    if isinstance(satellite, Satellite) and isinstance(session, TableSession):
+        return _fit_table(satellite, session, free, holdout, settings, progress, given or limb or profiles)
+    if isinstance(satellite, Satellite) or isinstance(session, TableSession) or isinstance(settings, SensedSettings):
+        raise ValueError("fit: a table goes with a satellite file of sensors, a RAW_SUN session with Munin's numbers")
+    if holdout is not None:
+        raise ValueError("fit: holdout belongs to tables and a satellite file of sensors")
     settings = settings or FitSettings()
     if free is not None:
         settings = settings.changed(free=free)
@@ -124,6 +140,17 @@ def fit(
         prepared, satellite, settings, limb=None if limb is None else Path(limb), profiles=profiles, progress=progress
     )
     return found.after({"prepare": prepare_s}, total=time.perf_counter() - began)
+
+
+def _fit_table(satellite, session, free, holdout, settings, progress, further) -> SensedFit:
+    if further or isinstance(settings, FitSettings):
+        raise ValueError("fit: given, limb, profiles and FitSettings belong to sessions of Munin's kind")
+    settings = settings or SensedSettings()
+    if free is not None:
+        settings = settings.changed(free=tuple(free.split(",") if isinstance(free, str) else free))
+    if holdout is not None:
+        settings = settings.changed(holdout=holdout)
+    return fit_table(satellite, session, settings, progress=progress)
 
 
 def fit_prepared(
@@ -158,5 +185,6 @@ def fit_prepared(
         sky,
         profiles=profiler.profiles,
         limb=sighted.matched,
+        witness=magnetometer_witness(result, prepared.session),
         remarks=[*sighted.remarks, *profiler.reasons],
     )

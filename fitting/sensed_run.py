@@ -68,7 +68,7 @@ class SensedFit:
         """Of the unknowns: small turn of the start in body axes [rad], rate [rad/min], leaves in their prior sigmas."""
         free = np.array([free for _, free in self._unknowns()])
         point = self.found.minima[0].refined.points
-        pressed = at_bound(point.x[0], point.gradient[0], self.found.parameters.bounds())
+        pressed = at_bound(np.asarray(point.x)[0], np.asarray(point.gradient)[0], self.found.parameters.bounds())
         return covariance(np.asarray(point.hessian[0]), free & ~pressed)[np.ix_(free, free)]
 
     def _unknowns(self):

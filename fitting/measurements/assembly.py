@@ -141,8 +141,10 @@ def commands_of(model: Model, samples: Samples) -> Commands | None:
 
 def _known(rows: np.ndarray, group: Group) -> np.ndarray:
     finite = np.isfinite(rows)
+    if rows.shape[1] == group.width:
+        return finite
     # A quaternion is measured as a whole or not at all.
-    return finite if rows.shape[1] == group.width else np.repeat(finite.all(axis=1)[:, None], group.width, axis=1)
+    return np.repeat(np.all(finite, axis=1, keepdims=True), group.width, axis=1)
 
 
 def _floors(samples: Samples, model: Model, groups: Groups) -> np.ndarray:

@@ -197,8 +197,9 @@ def _whitened(
     def differences(changes, unknowns):
         turn, spin, *more = changes
         model = linear.seen(problem.model, unknowns - seeing)
-        attitude = quaternion.multiply(motion.quaternion, quaternion.from_rotation_vector(turn))
-        acceleration = motion.acceleration + more[0] if more else motion.acceleration
+        attitude = quaternion.multiply(jnp.asarray(motion.quaternion), quaternion.from_rotation_vector(turn))
+        acceleration = jnp.asarray(motion.acceleration)
+        acceleration = acceleration + more[0] if more else acceleration
         found = []
         for group in problem.of_sensors:
             late = jnp.asarray(model.delays[group.name]) if group.name in problem.delayed else None

@@ -30,15 +30,15 @@ from jaxsat.sensors.view import View
 class Sky(eqx.Module):
     """Surroundings at samples; leaves have the samples in front."""
 
-    time: Float[Array | np.ndarray, "*samples"]
+    time: Float[Array, "*samples"]
     """[s]"""
-    position_eci: Float[Array | np.ndarray, "*samples 3"]
-    velocity_eci: Float[Array | np.ndarray, "*samples 3"]
-    b_field_eci: Float[Array | np.ndarray, "*samples 3"]
-    b_rate_eci: Float[Array | np.ndarray, "*samples 3"]
+    position_eci: Float[Array, "*samples 3"]
+    velocity_eci: Float[Array, "*samples 3"]
+    b_field_eci: Float[Array, "*samples 3"]
+    b_rate_eci: Float[Array, "*samples 3"]
     """Rate of the field's inertial components along the orbit [T/s]."""
     light: LightTable | None
-    columns: Mapping[str, Float[Array | np.ndarray, "*samples"]]
+    columns: Mapping[str, Float[Array, "*samples"]]
     """Telemetered numbers that sensors read."""
 
     def view(

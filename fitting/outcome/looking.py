@@ -51,7 +51,8 @@ def _read(
     w: Float[Array, "samples 3"],
 ) -> Mapping[str, Array]:
     """Noise-free readings of every sensor at the samples, SI."""
-    slope = jnp.gradient(w, axis=0) / jnp.maximum(jnp.gradient(problem.sky.time), 1e-9)[:, None]
+    between = jnp.asarray(jnp.gradient(problem.sky.time))
+    slope = jnp.asarray(jnp.gradient(w, axis=0)) / jnp.maximum(between, 1e-9)[:, None]
 
     def one(q, w, acceleration, sky):
         found = {}

@@ -69,3 +69,6 @@ class FitResult:
     unseen: tuple[Direction, ...] = ()
     """Combinations of which the data say nothing, or less than the priors."""
     timing_s: dict[str, float] = field(default_factory=dict)
+    field_body_uT: np.ndarray | None = None
+    """[time 3] magnetic field in body axes, and its 1-sigma by that of the attitude."""
+    field_body_sigma_uT: np.ndarray | None = None

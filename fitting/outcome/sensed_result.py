@@ -5,11 +5,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from fitting.outcome.diagnostics import PanelResiduals
 from fitting.outcome.result import FittedParameter
 
 PREDICTS, FITS_ONLY, FITS = "predicts", "fits, does not predict", "fits"
 AMBIGUOUS_VERDICT, UNDETERMINED, WRONG_MODEL = "ambiguous", "undetermined", "not this model"
 """The words of a verdict; `fits` is that of a fit of which nothing was held out."""
+WILD = 4.0
+"""A reading that was not fitted and lies beyond so many times the limit of an outlier is that of no motion near."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +81,8 @@ class ChannelFit:
     """Of its stamps by the residuals, where the fit has none of its own."""
     delay_sigma_s: float | None
     breaks: tuple[Break, ...] = ()
+    residuals: tuple[PanelResiduals, ...] = ()
+    """Size, mean and memory of the residuals of each of its columns, of what was fitted."""
     witness: bool = False
     """Not fitted, but asked whether it agrees: all its readings count as held out."""
 

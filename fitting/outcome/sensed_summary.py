@@ -11,9 +11,10 @@ from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.groups import columns_of
 from fitting.outcome.breaks import find_breaks, stamp_delay
+from fitting.outcome.diagnostics import PanelResiduals, panel_residuals, slots
 from fitting.outcome.looking import Look, look_at
 from fitting.outcome.result import FittedParameter
-from fitting.outcome.sensed_result import ChannelFit, Holdout, SensedResult
+from fitting.outcome.sensed_result import WILD, ChannelFit, Holdout, SensedResult
 from fitting.outcome.sensed_verdict import FAR_OFF, HELD_BY_PRIOR, Evidence, judge
 from fitting.outcome.uncertainty import correlations, field_angle_sigma, promised_saving
 from fitting.outcome.worth import worth
@@ -149,7 +150,7 @@ def _channels(found, best, seen, point, counted) -> dict[str, ChannelFit]:
         fitted = (own < found.fitted) & (not channel.witness)
         residual, promised = -seen.residual[own][:, columns], seen.promised[own][:, columns]
         known = np.asarray(best.problem.known)[own][:, columns]
-        held_used = ~((residual**2 * known).sum(axis=1) / (promised.max(axis=1) ** 2) > 4.0 * group.limit)
+        held_used = ~((residual**2 * known).sum(axis=1) / (promised.max(axis=1) ** 2) > WILD * group.limit)
         fit_used = ~limited[own, number] & (weight[own][:, columns] > 0).any(axis=1)
         used = np.where(fitted, fit_used, held_used)
         measured, modelled = rows[own] * channel.to_unit, seen.readings[group.name][own] * channel.to_unit
@@ -192,9 +193,16 @@ def _channels(found, best, seen, point, counted) -> dict[str, ChannelFit]:
             delay_s=delay[0] if delay else None,
             delay_sigma_s=delay[1] if delay else None,
             breaks=breaks,
+            residuals=_memory(samples.t[own], residual, mask),
             witness=channel.witness,
         )
     return result
+
+
+def _memory(t: np.ndarray, residual: np.ndarray, mask: np.ndarray) -> tuple[PanelResiduals, ...]:
+    """Diagnostics of each column of residuals [time columns], of those that `mask` says were fitted."""
+    slot = slots(t)
+    return tuple(panel_residuals(residual[mask[:, k], k], slot[mask[:, k]]) for k in range(residual.shape[1]))
 
 
 def _holdout(residual, promised, known, later, outliers, sigma, angle) -> Holdout | None:

@@ -14,6 +14,7 @@ from fitting.outcome.sensed_result import (
     UNDETERMINED,
     WRONG_MODEL,
     ChannelFit,
+    Holdout,
 )
 
 STALLED_DECREMENT = 0.1
@@ -31,6 +32,8 @@ TOO_FAR = 2.0
 """Held-out error over the promised one beyond which a fit does not predict."""
 HELD_BY_PRIOR, FAR_OFF = "held by its prior", "far off its prior"
 """Notes on a parameter."""
+ALIKE = 1e-4
+"""Probability of white noise below which neighbouring residuals are said to agree."""
 LATE_SIGMAS = 5.0
 """Of a delay that residuals show, beyond which it is told."""
 
@@ -53,6 +56,46 @@ class Evidence:
     held_out: bool
 
 
+@dataclass(frozen=True)
+class Witness:
+    """A sensor that was not fitted, asked whether it agrees with the motion."""
+
+    name: str
+    unit: str
+    samples: int
+    holdout: Holdout | None
+    """Of all its readings; None where all are outliers."""
+
+    @staticmethod
+    def of(channel: ChannelFit) -> "Witness | None":
+        """The channel as a witness; None where it is none, or has no reading."""
+        if not channel.witness or not len(channel.used):
+            return None
+        return Witness(channel.name, channel.unit, len(channel.used), channel.holdout)
+
+    @property
+    def outliers(self) -> int:
+        """Samples that no motion near this one makes."""
+        return self.samples if self.holdout is None else self.holdout.outliers
+
+    @property
+    def denies(self) -> bool:
+        """Whether it contradicts the motion: beyond what the fit promises, or with too many outliers."""
+        far = self.holdout is None or self.holdout.sigma_ratio > TOO_FAR
+        return far or self.outliers > MOST_LEFT_OUT * self.samples
+
+    @property
+    def text(self) -> str:
+        """What it says of the motion."""
+        found, held = f"the witness {self.name} {'denies' if self.denies else 'confirms'} the motion", self.holdout
+        if held is not None:
+            found += (
+                f": its readings are {held.rms:.2g} {self.unit} (RMS) off, {held.sigma_ratio:.1f} times what the fit "
+                "and its noise promise"
+            )
+        return found + (f"; {self.outliers} of {self.samples} are far off" if self.outliers else "")
+
+
 def judge(evidence: Evidence) -> tuple[str, str, str, tuple[str, ...]]:
     """Status, verdict, its reason in a sentence, and remarks."""
     remarks = tuple(_remarks(evidence))
@@ -62,9 +105,9 @@ def judge(evidence: Evidence) -> tuple[str, str, str, tuple[str, ...]]:
     if not (np.isfinite(evidence.cost) and evidence.promise <= STALLED_DECREMENT):
         reason = f"the solver stopped short of the minimum (a step would still save {evidence.promise:.2g})"
         return NOT_CONVERGED, UNDETERMINED, reason, remarks
-    denied = [name for name, channel in evidence.channels.items() if denies(channel)]
+    denied = [witness.text for witness in _witnesses(evidence) if witness.denies]
     if denied:
-        reason = "; ".join(witness_text(evidence.channels[name]) for name in denied)
+        reason = "; ".join(denied)
         return NOT_CONVERGED, WRONG_MODEL, reason, remarks
     # Residuals larger than stated make all differences of chi2 larger.
     equals = [a for a in evidence.alternatives if a["chi2_above_best"] < WITHIN * max(1.0, evidence.ratio)]
@@ -82,32 +125,18 @@ def judge(evidence: Evidence) -> tuple[str, str, str, tuple[str, ...]]:
             "one motion explains the data; hold a part of them out to see whether it predicts",
             remarks,
         )
-    far = {name: c.holdout.sigma_ratio for name, c in evidence.channels.items() if c.holdout and not c.witness}
-    bad = [f"{name} {ratio:.1f}" for name, ratio in far.items() if ratio > TOO_FAR]
+    bad = [
+        f"{name} {channel.holdout.sigma_ratio:.1f} times, {100 * lost:.0f} % of it far off"
+        for name, channel in evidence.channels.items()
+        if channel.holdout and not channel.witness
+        for lost in [float(np.mean(~channel.used[~channel.fitted]))]
+        if channel.holdout.sigma_ratio > TOO_FAR or lost > MOST_LEFT_OUT
+    ]
     if bad:
-        reason = f"held-out readings are off by more than twice what the fit promises ({', '.join(bad)} times)"
-        return CONVERGED, FITS_ONLY, reason + ": look for a missing term of a sensor, or a break", remarks
+        reason = f"held-out readings are farther off than the fit promises ({'; '.join(bad)})"
+        # A witness against the model: scripts that ask for the status alone must not take it for a good fit.
+        return NOT_CONVERGED, FITS_ONLY, reason + ": look for a missing term of a sensor, or a break", remarks
     return CONVERGED, PREDICTS, "one motion explains the data and predicts what was held out", remarks
-
-
-def denies(channel: ChannelFit) -> bool:
-    """Whether a witness contradicts the motion: beyond what the fit promises, or with readings of no motion."""
-    held = channel.holdout
-    if not channel.witness or not len(channel.used):
-        return False
-    return held is None or held.sigma_ratio > TOO_FAR or float(np.mean(~channel.used)) > MOST_LEFT_OUT
-
-
-def witness_text(channel: ChannelFit) -> str:
-    """What a witness says of the motion."""
-    says, held, off = ("denies" if denies(channel) else "confirms"), channel.holdout, int((~channel.used).sum())
-    found = f"the witness {channel.name} {says} the motion"
-    if held is not None:
-        found += (
-            f": its readings are {held.rms:.2g} {channel.unit} (RMS) off, {held.sigma_ratio:.1f} times what the fit "
-            "and its noise promise"
-        )
-    return found + (f"; {off} of {len(channel.used)} are far off" if off else "")
 
 
 def _wrong(evidence: Evidence) -> str | None:
@@ -128,10 +157,14 @@ def _wrong(evidence: Evidence) -> str | None:
     return None
 
 
+def _witnesses(evidence: Evidence) -> list[Witness]:
+    found = map(Witness.of, evidence.channels.values())
+    return [witness for witness in found if witness is not None]
+
+
 def _remarks(evidence: Evidence):
+    yield from (witness.text for witness in _witnesses(evidence) if not witness.denies)
     for name, channel in evidence.channels.items():
-        if channel.witness and len(channel.used) and not denies(channel):
-            yield witness_text(channel)
         count = int((~channel.used & channel.fitted).sum())
         if count:
             yield f"{count} of {int(channel.fitted.sum())} samples of {name} left out as outliers or in doubtful light"
@@ -142,6 +175,13 @@ def _remarks(evidence: Evidence):
         if delay is not None and sigma is not None and abs(delay) > LATE_SIGMAS * sigma:
             late = "late" if delay > 0 else "early"
             yield f"stamps of {name} look {abs(delay):.2g} s {late}: give channels.{name}.delay_s a sigma"
+        alike = [
+            one.lag1 or 0.0
+            for one in channel.residuals
+            if (1.0 if one.ljung_box_p is None else one.ljung_box_p) < ALIKE
+        ]
+        if alike:
+            yield f"neighbouring residuals of {name} agree beyond chance (lag 1: {max(alike, key=abs):+.2f})"
         for each in channel.breaks:
             yield (
                 f"{name} breaks at {each.t_s:.0f} s: from there on a turn of {each.turn_deg:.1f} deg and a bias of "

@@ -16,6 +16,7 @@ from fitting.outcome.uncertainty import (
     field_angle_sigma,
     physical_covariance,
     promised_saving,
+    vector_sigma,
 )
 from fitting.parameters.names import GAINS, MAGNET, MODEL, NAMED, POLAR, STATE, TILTS, TO_UNIT, UNITS
 from fitting.parameters.null_space import gauge_text, unseen_directions
@@ -169,6 +170,8 @@ def summarize(
         limb_samples=int(sighted.any(axis=1).sum()),
         limb_rms_deg=limb_rms_deg,
         alternatives=alternatives,
+        field_body_uT=1e6 * field_body[:n],
+        field_body_sigma_uT=1e6 * vector_sigma(field_body, rotation_covariance)[:n],
     )
 
 

@@ -76,6 +76,18 @@ def attitude_covariance(rotation_jacobian: np.ndarray, cov: np.ndarray) -> np.nd
     return result
 
 
+def vector_sigma(body: np.ndarray, rotation_covariance: np.ndarray) -> np.ndarray:
+    """[samples 3] 1-sigma of the body components of known vectors [samples 3], from the rotation's covariance."""
+    # A small turn r of the body changes them by v x r.
+    x, y, z = body.T
+    zero = np.zeros_like(x)
+    slope = np.stack([np.stack([zero, -z, y]), np.stack([z, zero, -x]), np.stack([-y, x, zero])]).transpose(2, 0, 1)
+    known = np.all(np.isfinite(rotation_covariance), axis=(1, 2))
+    finite = np.where(known[:, None, None], rotation_covariance, 0.0)
+    variance = np.einsum("nij,njk,nik->ni", slope, finite, slope)
+    return np.where(known[:, None], np.sqrt(np.maximum(variance, 0.0)), np.inf)
+
+
 def field_angle_sigma(field_body: np.ndarray, rotation_covariance: np.ndarray) -> np.ndarray:
     """1-sigma of the angle between body x and the field [rad], from the rotation's covariance in body axes.
 

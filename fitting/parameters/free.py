@@ -145,6 +145,10 @@ class FreeParameters:
         return found
 
 
+AnyParameters = Parametrization | FreeParameters
+"""What solvers take: names, bounds and a `tree` for the compiled programs."""
+
+
 def free_parameters(
     model: Model,
     leaves: tuple[Leaf, ...],

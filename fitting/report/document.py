@@ -52,11 +52,13 @@ def fit_document(
     diagnostics: "Diagnostics",
     profiles: Sequence["Profile"] = (),
     limb: dict[str, Any] | None = None,
+    witness: dict[str, Any] | None = None,
     orbit: dict[str, Any] | None = None,
 ) -> tuple[dict[str, Any], list[str]]:
     """Returns the content of fit.json, and the places in it where a number that is not finite became null.
 
-    The key `limb` is there only where limb angles were fitted; `orbit` is that of `orbit_states`.
+    The key `limb` is there only where limb angles were fitted; `witness` says by channel whether sensors that were not
+    fitted confirm the motion; `orbit` is that of `orbit_states`.
     """
     document: dict[str, Any] = {
         "schema": SCHEMA,
@@ -68,6 +70,7 @@ def fit_document(
         "dof": result.dof,
         "residual_rms_mA": result.residual_rms_mA,
         **({} if limb is None else {"limb": limb}),
+        "witness": witness,
         "parameters": {
             p.name: {"value": p.value, "sigma": p.sigma if p.free else None, "unit": p.unit, "free": p.free}
             for p in result.parameters

@@ -9,6 +9,7 @@ from typing import Any
 from fitting.outcome.diagnostics import diagnose
 from fitting.outcome.profile import Profile
 from fitting.outcome.result import FitResult
+from fitting.outcome.sensed_verdict import Witness
 from fitting.parameters.names import NAMED, STATE
 from fitting.report.document import (
     ATTITUDE_COLUMNS,
@@ -22,6 +23,7 @@ from fitting.report.orbit_document import elements_document, orbit_states
 from fitting.report.page import fit_page, profile_picture
 from fitting.report.rows import parameter_rows
 from fitting.report.scene import Sky, scene_document
+from fitting.report.sensed.document import witness_document
 from fitting.session import PreparedSession
 from fitting.settings import FitSettings
 from jaxsat.files.json_files import plain, write_json
@@ -58,12 +60,13 @@ def write_fit(
     plots: bool,
     profiles: Sequence[Profile] = (),
     limb: MatchedLimbAngles | None = None,
+    witness: Witness | None = None,
     remarks: Sequence[str] = (),
 ) -> tuple[FitResult, list[str]]:
     """Writes the files of one fit; returns the result with its total time since `began` (perf_counter) and warnings.
 
-    `sky` is what the motion happens in; `limb` are the limb angles that were fitted too; `remarks` are warnings that
-    are there already.
+    `sky` is what the motion happens in; `limb` are the limb angles that were fitted too; `witness` is a sensor that was
+    asked about the motion; `remarks` are warnings that are there already.
     """
 
     epoch = prepared.session.epoch
@@ -85,9 +88,12 @@ def write_fit(
         diagnostics=diagnostics,
         profiles=profiles,
         limb=None if limb is None else limb_document(limb, result),
+        witness=None if witness is None else {witness.name: witness_document(witness)},
         orbit=orbit_states(prepared.session, prepared.orbit_fit, result.t_s),
     )
     warnings = [*remarks, *(f"{place} is not a finite number and stands as null in fit.json" for place in nulls)]
+    if witness is not None and witness.denies:
+        warnings.append(witness.text)
     if not prepared.orbit_fit.converged:
         warnings.append(f"orbit: {prepared.orbit_fit.message}")
     provenance = provenance_document(result, prepared, satellite, settings, warnings, limb)

@@ -68,7 +68,7 @@ def first_guesses(sights: Sights, begin: int, count: int, max_rate: float, rng: 
         good = np.flatnonzero(np.isfinite(directions.body).all(axis=1) & (np.arange(len(sights.t)) >= begin))
         if len(good):
             return _about_direction(sights, directions, good[:WINDOW], begin, count, max_rate, rng)
-    attitude = Rotation.random(count, random_state=rng).as_quat(scalar_first=True)
+    attitude = Rotation.random(count, rng=rng).as_quat(scalar_first=True)
     return Guesses(attitude, _rates(sights, begin, count, max_rate, rng))
 
 

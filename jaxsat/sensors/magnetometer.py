@@ -92,7 +92,7 @@ class Magnetometer(AbstractSensor):
             return None
         bias, (yz, xz, xy) = np.asarray(self.bias, float), np.asarray(self.shear, float)
         matrix = np.diag(np.asarray(self.scale, float)) + np.array([[0, xy, xz], [xy, 0, yz], [xz, yz, 0]])
-        back = body_from_sensor(self.turn) @ np.linalg.inv(matrix)
+        back = body_from_sensor(self.turn) @ np.linalg.pinv(matrix)
         error = sigma
         if self.stray is not None:
             error = np.hypot(error, self._stray_size() / (TYPICAL_FIELD if self.unit_vector else 1.0))

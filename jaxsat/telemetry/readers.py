@@ -44,9 +44,13 @@ def read_telemetry(
     usable is left of it.
     """
     if isinstance(satellite, Satellite):
-        if isinstance(path, str | Path) and Path(path).suffix.upper() == RAW_SUN:
-            return _raw_sun_table(Path(path), satellite, cleaning or CleaningSettings())
-        return read_tables(path, satellite)
+        paths = [Path(path)] if isinstance(path, str | Path) else [Path(each) for each in path]
+        raw_sun = [each for each in paths if each.suffix.upper() == RAW_SUN]
+        if raw_sun and len(paths) > 1:
+            raise InputError("is one session by itself: tables alone are joined", file=raw_sun[0])
+        if raw_sun:
+            return _raw_sun_table(raw_sun[0], satellite, cleaning or CleaningSettings())
+        return read_tables(paths, satellite)
     if not isinstance(path, str | Path):
         raise InputError("several files are one session only as tables, with a satellite file that has [sensors]")
     return clean(read_raw_sun(Path(path)), cleaning, satellite)

@@ -69,15 +69,15 @@ def test_what_the_template_comments_out_is_right_too(tmp_path):
         "unit_vector =",
     )
     text = "\n".join(line for line in kept if not line.startswith((*others, "sense =", "scalar =", "frame =")))
-    for name, columns in (("gyro", 3), ("sun", 5), ("cells", 6), ("star", 4)):
-        unit = {"gyro": "deg/s", "cells": "mA"}.get(name, "1")
+    for name, columns in (("gyro", 3), ("sun", 5), ("cells", 6), ("star", 4), ("coarse", 2)):
+        unit = {"gyro": "deg/s", "cells": "mA", "coarse": "deg"}.get(name, "1")
         names = ", ".join(f'"{name}{k}"' for k in range(columns))
         text += f'\n[channels.{name}]\ncolumns = [{names}]\nunit = "{unit}"\nsigma = 1.0\n'
     path = tmp_path / "all.toml"
     path.write_text(text)
     found = read_satellite(path)
     assert isinstance(found, Satellite)
-    assert set(found.channels) == {"mag", "gyro", "sun", "cells", "star"}
+    assert set(found.channels) == {"mag", "gyro", "sun", "cells", "star", "coarse"}
     assert found.model.spacecraft.hysteresis_rods is not None and len(found.model.spacecraft.parts) == 4
 
 

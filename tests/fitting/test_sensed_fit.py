@@ -101,15 +101,14 @@ def test_motion_and_readings_at_other_times(twin):
 
 
 def test_unknown_axes_are_found(twin, tmp_path):
-    """The columns of the magnetometer in another order, one with its sign changed: a right-handed convention of 24."""
+    """The columns of the magnetometer in another order, two with their signs changed: a convention of the 24."""
     lines = twin.table.read_text().splitlines()
     columns = lines[0].split(",")
     x, y, z = (columns.index(name) for name in ("bx", "by", "bz"))
     rows = []
     for line in lines[1:]:
         cells = line.split(",")
-        turned = str(-float(cells[y]))
-        cells[x], cells[y], cells[z] = cells[z], cells[x], turned.removeprefix("--")
+        cells[x], cells[y], cells[z] = cells[z], str(-float(cells[x])), str(-float(cells[y]))
         rows.append(",".join(cells))
     table = tmp_path / "turned.csv"
     table.write_text("\n".join([lines[0], *rows]) + "\n")
@@ -120,7 +119,7 @@ def test_unknown_axes_are_found(twin, tmp_path):
     (tmp_path / tle.name).write_text(tle.read_text())
     satellite = read_satellite(tmp_path / "sat.toml")
     found = fit_table(satellite, read_telemetry(table, satellite), SensedSettings(holdout=0.3, starts=8)).result
-    assert found.axes == {"mag": ["+z", "+x", "-y"]} and found.status == "converged"
+    assert found.axes == {"mag": ["+z", "-x", "-y"]} and found.status == "converged"
 
 
 def test_what_is_free_by_name(twin):

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from fitting.outcome.sensed_result import ChannelFit, Holdout, SensedResult
+from fitting.outcome.sensed_verdict import Witness
 from fitting.report.document import SCHEMA, TIMINGS
 from jaxsat.files.json_files import plain
 from jaxsat.telemetry import RejectedRow
@@ -27,8 +28,11 @@ def sensed_document(
     counts: dict[str, int] = {}
     for rejection in rejections:
         counts[rejection.reason] = counts.get(rejection.reason, 0) + 1
-    held = {name: holdout_document(c.holdout, c.unit) for name, c in result.channels.items() if c.holdout}
-    witness = {name: held.pop(name) for name, c in result.channels.items() if c.witness and name in held}
+    held = {
+        name: holdout_document(c.holdout, c.unit) for name, c in result.channels.items() if c.holdout and not c.witness
+    }
+    asked = {name: Witness.of(c) for name, c in result.channels.items()}
+    witness = {name: witness_document(each) for name, each in asked.items() if each is not None}
     document: dict[str, Any] = {
         "schema": SCHEMA,
         "telemetry": telemetry,
@@ -81,6 +85,13 @@ def holdout_document(held: Holdout, unit: str) -> dict[str, Any]:
         "count": held.count,
         "outliers": held.outliers,
     }
+
+
+def witness_document(witness: Witness) -> dict[str, Any]:
+    """Whether a sensor that was not fitted confirms the motion, and by which numbers."""
+    held = witness.holdout
+    numbers = {"outliers": witness.outliers} if held is None else holdout_document(held, witness.unit)
+    return {"confirms": not witness.denies, "says": witness.text, **numbers}
 
 
 def break_document(name: str, channel: ChannelFit) -> dict[str, Any]:

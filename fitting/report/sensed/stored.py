@@ -57,6 +57,7 @@ def _channel(name: str, fit: dict, table: dict[str, np.ndarray]) -> ChannelFit:
     known, delay = fit["channels"][name], fit["delays"].get(name, {"from": "fit"})
     witness = known["role"] == "witness"
     held = (fit["witness" if witness else "holdout"] or {}).get(name)
+    held = held if held and "rms" in held else None
     breaks = [b for each in fit["breaks"] if each["channel"] == name for b in each["breaks"]]
     shown = delay["from"] == "residuals"
     arrays = {

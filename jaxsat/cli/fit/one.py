@@ -91,7 +91,8 @@ def fit_one(
             progress("writing results", 0, 0)
             result, warnings = found.after(before).write_into(stage, plots=plots, began=clock.began)
     if not quiet:
-        show(fit_summary(result, prepared.label), f"\nresults in {directory}")
+        told = () if found.witness is None else (f"\n{found.witness.text}",)
+        show(fit_summary(result, prepared.label), *told, f"\nresults in {directory}")
     for warning in warnings:
         print(f"jaxsat: warning: {warning}", file=sys.stderr)
     numbers = {"chi2": result.chi2, "dof": result.dof, "residual_rms_mA": result.residual_rms_mA}

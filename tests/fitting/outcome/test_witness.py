@@ -7,7 +7,7 @@ import pytest
 
 from fitting.outcome.result import CONVERGED, NOT_CONVERGED
 from fitting.outcome.sensed_result import FITS, WRONG_MODEL, ChannelFit, Holdout
-from fitting.outcome.sensed_verdict import Evidence, denies, judge
+from fitting.outcome.sensed_verdict import Evidence, Witness, judge
 
 
 def channel(*, rms: float, outliers: int = 0, samples: int = 40, witness: bool = True) -> ChannelFit:
@@ -72,14 +72,15 @@ def test_a_witness_denies(found):
 
 def test_few_wild_readings_deny_nothing():
     found = channel(rms=0.9, outliers=9)
-    assert not denies(found)
     assert "9 of 40 are far off" in verdict(found)[3][0]
 
 
 def test_only_witnesses_are_asked():
-    assert not denies(channel(rms=5.0, witness=False))
+    assert Witness.of(channel(rms=5.0, witness=False)) is None
+    assert verdict(channel(rms=5.0, witness=False))[0] == CONVERGED
 
 
 def test_one_without_readings_is_silent():
     none = dataclasses.replace(channel(rms=1.0, samples=1), used=np.zeros(0, bool), holdout=None)
-    assert not denies(none)
+    assert Witness.of(none) is None
+    assert verdict(none)[0] == CONVERGED

@@ -1,17 +1,25 @@
 """RAW_SUN sessions as tables of a satellite file: the same numbers as the session has."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from jaxsat.bundled import BUNDLED, MUNIN_SATELLITE
 from jaxsat.errors import InputError
-from jaxsat.satellites import read_satellite
+from jaxsat.satellites import Satellite, read_satellite
 from jaxsat.telemetry import read_telemetry
+
+
+def munin(path: Path = MUNIN_SATELLITE) -> Satellite:
+    found = read_satellite(path)
+    assert isinstance(found, Satellite)
+    return found
 
 
 @pytest.fixture(scope="module")
 def both():
-    return read_telemetry(BUNDLED, read_satellite(MUNIN_SATELLITE)), read_telemetry(BUNDLED)
+    return read_telemetry([BUNDLED], munin()), read_telemetry(BUNDLED)
 
 
 def test_channels_hold_currents_and_field_in_si(both):
@@ -35,8 +43,13 @@ def test_states_and_rejections_are_carried_over(both):
     assert table.rejected_by_reason == session.rejected_by_reason
 
 
+def test_two_sessions_are_not_joined():
+    with pytest.raises(InputError, match="one session by itself"):
+        read_telemetry([BUNDLED, BUNDLED.with_name("a-nominal-exact.RAW_SUN")], munin())
+
+
 def test_a_column_that_the_file_has_not_is_named(tmp_path):
     text = MUNIN_SATELLITE.read_text().replace('columns = ["By", "Bz"]', 'columns = ["By", "Bq"]')
     (tmp_path / "other.sat.toml").write_text(text)
     with pytest.raises(InputError, match="no column 'Bq'"):
-        read_telemetry(BUNDLED, read_satellite(tmp_path / "other.sat.toml"))
+        read_telemetry(BUNDLED, munin(tmp_path / "other.sat.toml"))
