@@ -11,7 +11,6 @@ import jax
 from fitting.estimate import estimate
 from fitting.measurements.limb_input import LimbInput
 from fitting.measurements.observations import LIMB_FIELD
-from fitting.outcome.diagnostics import magnetometer_witness
 from fitting.outcome.profile import Profile
 from fitting.outcome.profiler import Profiler
 from fitting.outcome.result import FitResult, FittedParameter
@@ -24,6 +23,7 @@ from fitting.sensed_settings import SensedSettings
 from fitting.session import PreparedSession, prepare_session
 from fitting.settings import FitSettings
 from fitting.starts.multi_start import Progress
+from fitting.witness import magnetometer_witness
 from jaxsat.errors import InputError
 from jaxsat.files.staging import staged_directory
 from jaxsat.given import Given
