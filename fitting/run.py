@@ -11,11 +11,12 @@ import jax
 from fitting.estimate import estimate
 from fitting.measurements.limb_input import LimbInput
 from fitting.measurements.observations import LIMB_FIELD
-from fitting.outcome.profile import Profile
-from fitting.outcome.profiler import Profiler
+from fitting.outcome.diagnostics import magnetometer_witness
 from fitting.outcome.result import FitResult, FittedParameter
 from fitting.outcome.sensed_verdict import Witness
 from fitting.parameters.nominal import nominal_model
+from fitting.profile.profile import Profile
+from fitting.profile.profiler import Profiler
 from fitting.report.files import FILES, write_fit
 from fitting.report.scene import Sky, look_around
 from fitting.sensed_run import SensedFit, fit_table
@@ -23,7 +24,6 @@ from fitting.sensed_settings import SensedSettings
 from fitting.session import PreparedSession, prepare_session
 from fitting.settings import FitSettings
 from fitting.starts.multi_start import Progress
-from fitting.witness import magnetometer_witness
 from jaxsat.errors import InputError
 from jaxsat.files.staging import staged_directory
 from jaxsat.given import Given

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fitting.outcome.diagnostics import PanelResiduals
 from fitting.outcome.result import FittedParameter
+from fitting.outcome.series import PanelResiduals
 
 PREDICTS, FITS_ONLY, FITS = "predicts", "fits, does not predict", "fits"
 AMBIGUOUS_VERDICT, UNDETERMINED, WRONG_MODEL = "ambiguous", "undetermined", "not this model"

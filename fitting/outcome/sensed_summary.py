@@ -11,11 +11,11 @@ from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.groups import columns_of
 from fitting.outcome.breaks import find_breaks, stamp_delay
-from fitting.outcome.diagnostics import PanelResiduals, panel_residuals, slots
 from fitting.outcome.looking import Look, look_at
 from fitting.outcome.result import FittedParameter
 from fitting.outcome.sensed_result import WILD, ChannelFit, Holdout, SensedResult
 from fitting.outcome.sensed_verdict import FAR_OFF, HELD_BY_PRIOR, Evidence, judge
+from fitting.outcome.series import PanelResiduals, panel_residuals, slots
 from fitting.outcome.uncertainty import correlations, field_angle_sigma, promised_saving
 from fitting.outcome.worth import worth
 from fitting.parameters.free import FreeParameters

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from fitting.outcome.diagnostics import LAGS, Diagnostics, diagnose, panel_residuals
+from fitting.outcome.diagnostics import Diagnostics, diagnose
 from fitting.outcome.result import FitResult
+from fitting.outcome.series import LAGS, panel_residuals
 from jaxsat.errors import InputError
 
 SAMPLES = 70
