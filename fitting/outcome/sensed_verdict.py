@@ -200,8 +200,8 @@ def _remarks(evidence: Evidence):
         yield f"held by their priors, the data say nothing of them: {', '.join(held)}"
     if far:
         yield (
-            f"further from the file's values than its sigmas allow: {', '.join(far)}; look at what scales with them, "
-            "such as a coil's area, and at units"
+            f"further from the file's values than its sigmas allow: {', '.join(far)}; look at what scales with them "
+            "(a coil's area, a unit) or passes for them (a late stamp for a turn, a stray field for a bias)"
         )
     yield from (f"{name} is {note}" for name, note in evidence.notes.items() if note not in (HELD_BY_PRIOR, FAR_OFF))
 
