@@ -60,11 +60,7 @@ class Sights:
 def sights_of(problem: SensedProblem, samples: Samples) -> Sights:
     """Sights at the samples, by the calibrations of the problem's model; carried between a sensor's readings."""
     n, t = len(samples.t), samples.t
-    known = {
-        "field": np.asarray(problem.sky.b_field_eci)[:n],
-        "nadir": -np.asarray(problem.sky.position_eci)[:n],
-        "sun": np.zeros((n, 3)) if problem.sky.light is None else np.asarray(problem.sky.light.sun_eci)[:n],
-    }
+    known = known_directions(problem, n)
     directions, attitude = [], np.full((n, 4), np.nan)
     rate, rate_sigma = np.full((n, 3), np.nan), np.full(n, np.inf)
     for name, rows in samples.values.items():
@@ -76,17 +72,26 @@ def sights_of(problem: SensedProblem, samples: Samples) -> Sights:
         if sensor.sees == "attitude":
             attitude = vectors
         elif sensor.sees == "rate":
-            rate, rate_sigma = _carried(t, vectors, unit=False), np.full(n, float(np.nanmedian(sigma)))
+            rate, rate_sigma = carried(t, vectors, unit=False), np.full(n, float(np.nanmedian(sigma)))
         else:
             # A bad reading among good ones would lead the whole search astray: a median of three times leaves it out.
-            inertial = known[sensor.sees]
-            inertial = inertial / np.maximum(np.linalg.norm(inertial, axis=1, keepdims=True), 1e-30)
-            carried = _carried(t, vectors, unit=True)
-            directions.append(Directions(carried, inertial, np.full(n, float(np.nanmedian(sigma)))))
+            spread = np.full(n, float(np.nanmedian(sigma)))
+            directions.append(Directions(carried(t, vectors, unit=True), known[sensor.sees], spread))
     return Sights(t, tuple(directions), attitude, rate, rate_sigma)
 
 
-def _carried(t: np.ndarray, vectors: np.ndarray, *, unit: bool) -> np.ndarray:
+def known_directions(problem: SensedProblem, count: int) -> dict[str, np.ndarray]:
+    """[count 3] unit vectors, inertial axes, of the field, the Sun (zero where there is no light) and the nadir."""
+    light = problem.sky.light
+    found = {
+        "field": np.asarray(problem.sky.b_field_eci)[:count],
+        "nadir": -np.asarray(problem.sky.position_eci)[:count],
+        "sun": np.zeros((count, 3)) if light is None else np.asarray(light.sun_eci)[:count],
+    }
+    return {name: v / np.maximum(np.linalg.norm(v, axis=1, keepdims=True), 1e-30) for name, v in found.items()}
+
+
+def carried(t: np.ndarray, vectors: np.ndarray, *, unit: bool) -> np.ndarray:
     """Vectors at all times: those measured, and between two near measurements what lies between them."""
     good = np.flatnonzero(np.isfinite(vectors).all(axis=1))
     found = vectors.copy()
