@@ -14,8 +14,8 @@ from jaxsat.time import Epoch
 
 if TYPE_CHECKING:
     from fitting.outcome.diagnostics import Diagnostics
-    from fitting.outcome.profile import Profile
     from fitting.outcome.result import FitResult
+    from fitting.profile.profile import Profile
 
 SCHEMA = "jaxsat.fit/1"
 TIMINGS = ("import", "prepare", "compile", "solve", "total")
