@@ -13,7 +13,7 @@ from jaxsat.cli.main import run
 from jaxsat.files.units import parsed_unit
 from jaxsat.satellites import Satellite, read_satellite
 from jaxsat.synthetic.sensed import TwinSettings, make_twin, write_twin
-from jaxsat.telemetry import read_telemetry
+from jaxsat.telemetry import TableSession, read_telemetry
 
 pytestmark = pytest.mark.slow
 
@@ -45,6 +45,7 @@ def test_truth_is_found_again(tmp_path):
     settings = TwinSettings(duration_s=595.0, every_s=5.0, seed=11)
     write_twin(tmp_path, make_twin(satellite, settings), plots=False)
     session = read_telemetry(tmp_path / "small.csv", satellite)
+    assert isinstance(session, TableSession)
     result = fit_table(satellite, session, SensedSettings(holdout=0.25)).result
     document = json.loads((tmp_path / "small.truth.json").read_text())
     assert (result.status, result.verdict) == ("converged", "predicts") and len(result.t_s) == 120
