@@ -25,10 +25,9 @@ def drawn_model(satellite: Satellite, random: np.random.Generator) -> Model:
     groups: dict[str, list[Leaf]] = {}
     for leaf in leaves:
         groups.setdefault(_group(leaf), []).append(leaf)
-    model = satellite.model
-    for name, group in groups.items():
-        spots = [leaf.spot for leaf in group]
-        model = with_values(model, spots, jnp.asarray(_drawn(name, group, satellite, random)))
+    values = [_drawn(name, group, satellite, random) for name, group in groups.items()]
+    spots = [leaf.spot for group in groups.values() for leaf in group]
+    model = with_values(satellite.model, spots, jnp.asarray(np.concatenate([np.zeros(0), *values])))
     for name in satellite.conventions:
         axes = _some_axes(random, mirrored=satellite.conventions[name] == "mirrored")
         model = eqx.tree_at(lambda m, name=name: m.sensors[name].axes, model, jnp.asarray(axes))  # type: ignore[misc]
@@ -54,9 +53,11 @@ def _drawn(name: str, leaves: Sequence[Leaf], satellite: Satellite, random: np.r
 
 def _possible(name: str, leaves: Sequence[Leaf], values: np.ndarray, satellite: Satellite) -> bool:
     if name == "inertia":
-        changed = with_values(satellite.model, [leaf.spot for leaf in leaves], jnp.asarray(values))
+        tensor = np.array(satellite.model.spacecraft.inertia)
+        for leaf, value in zip(leaves, values, strict=True):
+            tensor.flat[list(leaf.entries)] = value
         try:
-            check_inertia(np.asarray(changed.spacecraft.inertia))
+            check_inertia(tensor)
         except ValueError:
             return False
     rod = _rod(name, leaves, values, satellite)

@@ -166,8 +166,8 @@ def _motion(
     if satellite.motion.kind == "orbital":
         nodes, attitudes = orbital_motion(around.orbit, start=-MARGIN_S, stop=settings.duration_s + MARGIN_S)
         spline = RotationSpline(nodes, Rotation.from_quat(attitudes, scalar_first=True))
-        turn = spline(times)
-        return Motion(times, turn.as_quat(scalar_first=True), turn.inv().apply(spline(times, 1)))
+        # Its rates are those of the body in its own axes.
+        return Motion(times, spline(times).as_quat(scalar_first=True), spline(times, 1))
     initial = _initial(model, around, settings, random)
     given, error = settings.tolerance_rad, None
     # A dipole that is drawn large makes a motion so sensitive that kinks of the orbit's table are seen in it.
