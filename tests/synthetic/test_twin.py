@@ -12,7 +12,8 @@ from twin_files import PHOTODIODES, SATELLITE
 
 from jaxsat.cli.main import run
 from jaxsat.errors import InputError
-from jaxsat.satellites import read_satellite
+from jaxsat.satellites import Satellite, read_satellite
+from jaxsat.satellites.model import array_at
 from jaxsat.synthetic.sensed import TwinSettings, make_twin, write_twin
 from jaxsat.synthetic.sensed.drawn import drawn_model
 from jaxsat.telemetry import read_telemetry
@@ -34,7 +35,9 @@ def satellite(tmp_path):
             text = text.replace(old, new)
         path = tmp_path / "small.sat.toml"
         path.write_text(text)
-        return read_satellite(path)
+        found = read_satellite(path)
+        assert isinstance(found, Satellite)
+        return found
 
     return read
 
@@ -80,7 +83,7 @@ def test_motion_and_readings_are_those_of_independent_code(satellite, tmp_path):
     np.testing.assert_array_equal(gyro.stamp_s, 4.0 * np.arange(16))
     here = np.searchsorted(motion.t_s, mag.instant_s)
     body = Rotation.from_quat(motion.quaternion[here], scalar_first=True).inv().apply(fields[here])
-    np.testing.assert_allclose(mag.mean, 1e9 * (body + np.array(model.sensors["mag"].bias)), rtol=1e-10)
+    np.testing.assert_allclose(mag.mean, 1e9 * (body + np.array(array_at(model, "sensors.mag.bias"))), rtol=1e-10)
     np.testing.assert_allclose(gyro.values, np.round(gyro.values, 2), atol=1e-12)
     write_twin(tmp_path, twin, plots=False)
     written = rows_of(tmp_path / "small.csv")
@@ -112,7 +115,7 @@ def test_noise_is_that_of_the_file(satellite):
 def test_numbers_are_drawn_from_their_priors(satellite):
     found = satellite(("sigma = 500.0", "sigma = 500.0, bounds = [-300.0, 800.0]"))
     models = [drawn_model(found, np.random.default_rng(seed)) for seed in range(300)]
-    bias = 1e9 * np.array([np.asarray(model.sensors["mag"].bias) for model in models])
+    bias = 1e9 * np.array([np.asarray(array_at(model, "sensors.mag.bias")) for model in models])
     assert bias.min() > -300.0 and bias.max() < 800.0 and bias.max() > 700.0
     dipole = np.array([np.asarray(model.spacecraft.magnet) for model in models])
     # Of 900 numbers to 2.4 %: four sigmas.
@@ -128,7 +131,7 @@ def test_priors_without_room_and_unknown_axes(satellite):
         drawn_model(satellite(("sigma = 500.0", "sigma = 500.0, bounds = [-1e-9, 1e-9]")), np.random.default_rng(0))
     right, all_ways = (
         {
-            tuple(np.asarray(drawn_model(found, np.random.default_rng(k)).sensors["mag"].axes).ravel())
+            tuple(np.asarray(array_at(drawn_model(found, np.random.default_rng(k)), "sensors.mag.axes")).ravel())
             for k in range(400)
         }
         for found in (
@@ -245,6 +248,7 @@ def test_command_writes_a_session_that_reads_as_it_stands(satellite, tmp_path, c
     copied = (out / "small.sat.toml").read_text()
     assert "# What its builder knows." in copied and "[time] # stamps" in copied and 'tle = "small.tle"' in copied
     again = read_satellite(out / "small.sat.toml")
+    assert isinstance(again, Satellite)
     session = read_telemetry(out / "small.csv", again)
     assert {name: len(channel.t_s) for name, channel in session.channels.items()} == {"mag": 13, "gyro": 13, "sun": 13}
     # From there once more, into the same place: the copy is what it would be, and is not in the way.

@@ -11,7 +11,7 @@ from fitting.sensed_run import fit_table
 from fitting.sensed_settings import SensedSettings
 from jaxsat.cli.main import run
 from jaxsat.files.units import parsed_unit
-from jaxsat.satellites import read_satellite
+from jaxsat.satellites import Satellite, read_satellite
 from jaxsat.synthetic.sensed import TwinSettings, make_twin, write_twin
 from jaxsat.telemetry import read_telemetry
 
@@ -40,9 +40,10 @@ def apart_deg(t_s, q, document):
 
 def test_truth_is_found_again(tmp_path):
     (tmp_path / "small.sat.toml").write_text(SATELLITE + PHOTODIODES)
-    settings = TwinSettings(duration_s=595.0, every_s=5.0, seed=11)
-    write_twin(tmp_path, make_twin(read_satellite(tmp_path / "small.sat.toml"), settings), plots=False)
     satellite = read_satellite(tmp_path / "small.sat.toml")
+    assert isinstance(satellite, Satellite)
+    settings = TwinSettings(duration_s=595.0, every_s=5.0, seed=11)
+    write_twin(tmp_path, make_twin(satellite, settings), plots=False)
     session = read_telemetry(tmp_path / "small.csv", satellite)
     result = fit_table(satellite, session, SensedSettings(holdout=0.25)).result
     document = json.loads((tmp_path / "small.truth.json").read_text())

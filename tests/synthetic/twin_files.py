@@ -1,5 +1,8 @@
 """A small satellite in a file, and a sensor of five lines that its user wrote."""
 
+import re
+from pathlib import Path
+
 SATELLITE = """
 # What its builder knows.
 [body]
@@ -54,27 +57,8 @@ unit = "1"
 sigma = 0.01
 """
 
-OWN = """
-[sensors.cells]
-kind = "mycells:MyCells"
-peak = {value = 1.0, sigma = 0.05}
-
-[channels.cells]
-columns = ["c1", "c2", "c3", "c4", "c5", "c6"]
-unit = "V"
-sigma = 0.01
-"""
-
-MODULE = """
-from jaxsat.sensors import AbstractSensor
-from jaxsat.spacecraft import box_normals
-from jaxtyping import Array, Float
-
-
-class MyCells(AbstractSensor):
-    peak: Float[Array, ""]
-    needs = frozenset({"light"})
-
-    def __call__(self, view):
-        return self.peak * view.sunlight(box_normals())
-"""
+_PAGE = Path(__file__).parents[2] / "docs" / "satellites" / "twins.md"
+((MODULE, OWN),) = re.findall(
+    r"^<!-- runs -->\n```py\n(.*?)^```\n\n```toml\n(.*?)^```", _PAGE.read_text("utf-8"), re.DOTALL | re.MULTILINE
+)
+"""The sensor of the documentation, `mycells.py`, and what stands of it in the satellite file."""

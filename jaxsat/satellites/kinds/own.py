@@ -74,13 +74,15 @@ class OwnKeys(SensorKeys):
         return None
 
     def built(self, name: str, leaves: "LeafList") -> "AbstractSensor":
+        import jax.numpy as jnp
+
         made = type(self).made_of()
         values: dict[str, Any] = {}
         for field in _fields(made):
             given = getattr(self, field.name)
             if given is _LEFT_OUT:
                 continue
-            values[field.name] = np.asarray(given.value) if isinstance(given, Fitted) else given
+            values[field.name] = jnp.asarray(given.value) if isinstance(given, Fitted) else given
         try:
             sensor = made(**values)
         except Exception as error:
