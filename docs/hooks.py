@@ -91,7 +91,7 @@ def _section(path: str, model: Any) -> Iterator[str]:
             continue
         limits = ", ".join(dict.fromkeys([*_of_metadata(field.metadata), *_limits(field.annotation)]))
         cells = (f"`{name}`", field.description or "", _default(field), limits)
-        rows.append("| " + " | ".join(cell.replace("|", "\\|").replace("[", "\\[") for cell in cells) + " |")
+        rows.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     if len(rows) > 2:
         yield "\n".join(rows)
     for inner, kind in nested:

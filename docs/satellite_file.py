@@ -44,7 +44,7 @@ def page() -> str:
             for kind, keys in KINDS.items():
                 parts += _section(f"sensors.NAME, {kind}", keys, level=3, without=("kind",))
         elif name == "channels":
-            parts += _section("channels.NAME", _model(get_args(field.annotation)[1]))
+            parts += _section("channels.NAME", get_args(field.annotation)[1])
         elif model is not None:
             parts += _section(name, model, repeated=name in REPEATED)
     parts += [

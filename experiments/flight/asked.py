@@ -18,11 +18,15 @@ class Figure:
     """At most this."""
     before: float | None = None
     """By the prototype or with nominal numbers."""
+    at_least: bool = False
+    """Whether what was asked is a lower limit."""
 
     @property
     def reached(self) -> bool | None:
         """None where nothing was asked."""
-        return None if self.asked is None else self.measured <= self.asked
+        if self.asked is None:
+            return None
+        return self.measured >= self.asked if self.at_least else self.measured <= self.asked
 
 
 def told(figures: list[Figure]) -> str:

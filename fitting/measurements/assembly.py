@@ -69,7 +69,8 @@ def groups_of(model: Model, samples: Samples) -> Groups:
     for name, rows in samples.values.items():
         sensor = model.sensors[name]
         reading = jax.ShapeDtypeStruct((rows.shape[1],), float)
-        found.append(Group(name, eqx.filter_eval_shape(sensor.difference, reading, reading).shape[0]))
+        width = eqx.filter_eval_shape(sensor.difference, reading, reading).shape[0]
+        found.append(Group(name, width, loss=samples.channels[name].loss))
     return tuple(found)
 
 

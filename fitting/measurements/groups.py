@@ -1,5 +1,6 @@
 """Which measurements of a sample stand or fall together: one sensor's readings at one instant, or each by itself."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -25,10 +26,14 @@ class Group:
     """Columns."""
     together: bool = True
     """Whether what is wrong with one reading of a sample is wrong with all: else each is robust by itself."""
+    loss: str | None = None
+    """`normal` or `student` where no sample of it may be an outlier, whatever the fit allows others."""
 
     @cached_property
     def limit(self) -> float:
-        """Sum of squares of a sample beyond which it is an outlier [sigma^2]."""
+        """Sum of squares of a sample beyond which it is an outlier [sigma^2]; inf where there are none."""
+        if self.loss in ("normal", "student"):
+            return math.inf
         return float(chdtri(self.width, BY_CHANCE))
 
 

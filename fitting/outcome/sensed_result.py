@@ -85,8 +85,21 @@ class ChannelFit:
     breaks: tuple[Break, ...] = ()
     residuals: tuple[PanelResiduals, ...] = ()
     """Size, mean and memory of the residuals of each of its columns, of what was fitted."""
+    misfits: float = 0.0
+    """Of panels: see `misfit_share`."""
     witness: bool = False
     """Not fitted, but asked whether it agrees: all its readings count as held out."""
+
+
+def misfit_share(left_out: np.ndarray, measured: np.ndarray, modelled: np.ndarray, sigma: float) -> float:
+    """Samples [time] left out though their currents [time panels] are as bright as modelled, over the bright ones.
+
+    A limited charge current only takes away; what is left out with all its light fits no attitude.
+    """
+    measured, modelled = np.nan_to_num(measured), np.where(np.isfinite(measured), modelled, 0.0)
+    whole = measured.sum(axis=1) > modelled.sum(axis=1) - 3.0 * sigma
+    bright = measured.max(axis=1) > 3.0 * sigma
+    return float((left_out & whole).sum() / max(int(bright.sum()), 1))
 
 
 @dataclass(frozen=True)

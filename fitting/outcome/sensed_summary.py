@@ -13,13 +13,14 @@ from fitting.measurements.groups import columns_of
 from fitting.outcome.breaks import find_breaks, stamp_delay
 from fitting.outcome.looking import Look, look_at
 from fitting.outcome.result import FittedParameter
-from fitting.outcome.sensed_result import WILD, ChannelFit, Holdout, SensedResult
+from fitting.outcome.sensed_result import WILD, ChannelFit, Holdout, SensedResult, misfit_share
 from fitting.outcome.sensed_verdict import FAR_OFF, HELD_BY_PRIOR, Evidence, judge
 from fitting.outcome.series import PanelResiduals, panel_residuals, slots
 from fitting.outcome.uncertainty import correlations, field_angle_sigma, promised_saving
 from fitting.outcome.worth import worth
 from fitting.parameters.free import FreeParameters
 from fitting.parameters.names import STATE
+from jaxsat.sensors import Panels
 from jaxsat.sensors.abstract import AbstractSensor
 
 FAINT = 0.25
@@ -86,16 +87,10 @@ def summarize_sensed(found: Identified, *, with_worth: bool = True) -> SensedRes
         axes=best.convention.spelt(),
         alternatives=alternatives,
         timing_s=found.timing_s,
-        gauge=_gauge_text(parameters),
+        gauge=parameters.gauge_text,
         field_angle_deg=np.degrees(np.arctan2(np.linalg.norm(field[:, 1:], axis=1), field[:, 0])),
         field_angle_sigma_deg=np.degrees(field_angle_sigma(field, seen.rotation_covariance[:n])),
     )
-
-
-def _gauge_text(parameters: FreeParameters) -> str | None:
-    said = {"magnet": "|magnet|"}
-    names = [said.get(name, f"the mean of {name}") for name in parameters.gauged]
-    return f"{' and '.join(names)} held at the nominal value, for the data tell ratios to it alone" if names else None
 
 
 def _informative(minimum: Minimum, seen: Look) -> np.ndarray:
@@ -158,6 +153,9 @@ def _channels(found, best, seen, point, counted) -> dict[str, ChannelFit]:
         mask = counted[own][:, columns]
         rms = float(np.sqrt((residual[mask] ** 2).mean()) * sigma) if mask.any() else None
         angle = _angles(sensor, rows[own], seen.readings[group.name][own])
+        misfits = 0.0
+        if isinstance(sensor, Panels):
+            misfits = misfit_share(limited[own, number][fitted], measured[fitted], modelled[fitted], sigma)
         later = ~fitted & used
         held = _holdout(residual, promised, known, later, int((~fitted & ~used).sum()), sigma, angle)
         delay = None
@@ -194,6 +192,7 @@ def _channels(found, best, seen, point, counted) -> dict[str, ChannelFit]:
             delay_sigma_s=delay[1] if delay else None,
             breaks=breaks,
             residuals=_memory(samples.t[own], residual, mask),
+            misfits=misfits,
             witness=channel.witness,
         )
     return result

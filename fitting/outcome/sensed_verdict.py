@@ -29,6 +29,8 @@ UNKNOWN_DEG = 30.0
 """1-sigma of an attitude that nothing tells."""
 MOST_LEFT_OUT = 0.25
 """Share of a channel's readings that may be left out."""
+MOST_MISFITS = 0.05
+"""Share of the bright samples of panels that may be left out without being dimmer than modelled."""
 TOO_FAR = 2.0
 """Held-out error over the promised one beyond which a fit does not predict."""
 HELD_BY_PRIOR, FAR_OFF = "held by its prior", "far off its prior"
@@ -149,6 +151,11 @@ def _wrong(evidence: Evidence) -> str | None:
                 f"{name} does not fit: its residuals are {np.sqrt(chi2):.1f} times the stated noise; free more of "
                 f"the satellite or of {name} (bias, turn, scale, stray, delay), or state the noise it deserves"
             )
+        if channel.misfits > MOST_MISFITS:
+            return (
+                f"{100 * channel.misfits:.0f} % of the bright samples of {name} fit no attitude, and no limited "
+                "current dims them: the model is wrong; free more of the satellite (rods, inertia, magnet)"
+            )
         if channel.fitted.any():
             lost = 1.0 - float(channel.used[channel.fitted].mean())
             if lost > MOST_LEFT_OUT and channel.kind not in ("Panels", "Photodiodes", "SunVector", "SunAngles"):
@@ -193,8 +200,8 @@ def _remarks(evidence: Evidence):
         yield f"held by their priors, the data say nothing of them: {', '.join(held)}"
     if far:
         yield (
-            f"further from the file's values than its sigmas allow: {', '.join(far)}; look at what scales with them, "
-            "such as a coil's area, and at units"
+            f"further from the file's values than its sigmas allow: {', '.join(far)}; look at what scales with them "
+            "(a coil's area, a unit) or passes for them (a late stamp for a turn, a stray field for a bias)"
         )
     yield from (f"{name} is {note}" for name, note in evidence.notes.items() if note not in (HELD_BY_PRIOR, FAR_OFF))
 

@@ -107,6 +107,13 @@ class FreeParameters:
         return tuple(gauge.name for gauge, held in zip(self.tree.gauges, on, strict=True) if held)
 
     @property
+    def gauge_text(self) -> str | None:
+        """What is held by definition, in words."""
+        names = ["|magnet|" if name == "magnet" else f"the mean of {name}" for name in self.gauged]
+        text = f"{' and '.join(names)} held at the nominal value, for the data tell ratios to it alone"
+        return text if names else None
+
+    @property
     def gauged_leaves(self) -> frozenset[str]:
         """Names of the leaves of the gauges that hold: along it their priors hold a number without meaning."""
         on = [gauge for gauge in self.tree.gauges if gauge.name in self.gauged]

@@ -14,8 +14,8 @@ from jaxsat.time import Epoch
 
 if TYPE_CHECKING:
     from fitting.outcome.diagnostics import Diagnostics
-    from fitting.outcome.profile import Profile
     from fitting.outcome.result import FitResult
+    from fitting.profile.profile import Profile
 
 SCHEMA = "jaxsat.fit/1"
 TIMINGS = ("import", "prepare", "compile", "solve", "total")
@@ -57,8 +57,8 @@ def fit_document(
 ) -> tuple[dict[str, Any], list[str]]:
     """Returns the content of fit.json, and the places in it where a number that is not finite became null.
 
-    The key `limb` is there only where limb angles were fitted; `witness` says by channel whether sensors that were not
-    fitted confirm the motion; `orbit` is that of `orbit_states`.
+    The key `limb` is there only where limb angles were fitted, `witness` where a sensor that was not fitted says
+    whether it confirms the motion; `orbit` is that of `orbit_states`.
     """
     document: dict[str, Any] = {
         "schema": SCHEMA,
@@ -70,7 +70,7 @@ def fit_document(
         "dof": result.dof,
         "residual_rms_mA": result.residual_rms_mA,
         **({} if limb is None else {"limb": limb}),
-        "witness": witness,
+        **({} if witness is None else {"witness": witness}),
         "parameters": {
             p.name: {"value": p.value, "sigma": p.sigma if p.free else None, "unit": p.unit, "free": p.free}
             for p in result.parameters

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from fitting.outcome.diagnostics import diagnose
-from fitting.outcome.profile import Profile
 from fitting.outcome.result import FitResult
 from fitting.outcome.sensed_verdict import Witness
 from fitting.parameters.names import NAMED, STATE
+from fitting.profile.profile import Profile
 from fitting.report.document import (
     ATTITUDE_COLUMNS,
     CURRENT_COLUMNS,

@@ -20,9 +20,9 @@ from jaxsat.telemetry import Rejection
 
 if TYPE_CHECKING:
     from fitting.outcome.diagnostics import Diagnostics
-    from fitting.outcome.profile import Profile
     from fitting.outcome.result import FitResult
     from fitting.parameters.null_space import Direction
+    from fitting.profile.profile import Profile
 
 VERDICTS: dict[str, Verdict] = {"converged": "good", "ambiguous": "doubtful"}
 LIVE = {

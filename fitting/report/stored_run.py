@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from fitting.outcome.diagnostics import Diagnostics
-from fitting.outcome.profile import Profile
 from fitting.outcome.result import FitResult, FittedParameter
 from fitting.outcome.sensed_result import SensedResult
 from fitting.outcome.series import PanelResiduals
 from fitting.parameters.null_space import Direction
+from fitting.profile.profile import Profile
 from fitting.report.document import ATTITUDE_COLUMNS, CURRENT_COLUMNS, SCHEMA
 from fitting.report.files import FILES
 from fitting.report.page import fit_page

@@ -119,7 +119,8 @@ def normal_equations(
         of_group = loss[:, columns]
         if group.together:
             ceiling = jnp.asarray(settings.ceiling) * group.limit
-            of_samples, of_sample = sample_loss(jnp.sum(of_group, axis=1), jnp.asarray(settings.tail), ceiling)
+            tail = jnp.asarray(float(group.width) if group.loss == "student" else settings.tail)
+            of_samples, of_sample = sample_loss(jnp.sum(of_group, axis=1), tail, ceiling)
             cost, weights = cost + 0.5 * jnp.sum(of_samples), [*weights, weight[:, columns] * of_sample[:, None]]
         else:
             cost, weights = cost + 0.5 * jnp.sum(of_group), [*weights, weight[:, columns]]

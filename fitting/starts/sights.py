@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from fitting.measurements.assembly import Samples
 from fitting.measurements.sensed import SensedProblem
+from jaxsat.estimation import wahba
 
 LONGEST_GAP = 2.5
 """A direction is carried between two readings that are less than so many usual intervals apart."""
@@ -42,53 +42,25 @@ class Sights:
     """[samples]"""
 
     def wahba(self) -> tuple[np.ndarray, np.ndarray]:
-        """[samples 4] attitudes of all directions at once, NaN where fewer than two differ, and their 1-sigma [rad].
-
-        Least squares of Wahba 1965 by the singular values of Markley 1988.
-        """
-        n = len(self.t)
-        profile, weight_sum = np.zeros((n, 3, 3)), np.zeros((n, 3, 3))
-        count = np.zeros(n, int)
-        for seen in self.directions:
-            good = np.isfinite(seen.body).all(axis=1)
-            weight = np.where(good, 1.0 / (np.nan_to_num(seen.sigma, nan=1.0) ** 2 + MODEL_ERROR**2), 0.0)
-            body, inertial = np.nan_to_num(seen.body), seen.inertial
-            profile += weight[:, None, None] * inertial[:, :, None] * body[:, None, :]
-            across = np.eye(3) - inertial[:, :, None] * inertial[:, None, :]
-            weight_sum += weight[:, None, None] * across
-            count += good
-        u, _, vt = np.linalg.svd(profile)
-        sign = np.linalg.det(u) * np.linalg.det(vt)
-        u[:, :, 2] *= sign[:, None]
-        found = Rotation.from_matrix(u @ vt).as_quat(scalar_first=True)
-        least = np.linalg.eigvalsh(weight_sum)[:, 0]
-        sigma = np.where((count > 1) & (least > 0), 1.0 / np.sqrt(np.maximum(least, 1e-12)), np.inf)
+        """[samples 4] attitudes of all directions at once, NaN where fewer than two differ, and their 1-sigma [rad]."""
+        found, sigma = np.full((len(self.t), 4), np.nan), np.full(len(self.t), np.inf)
+        if self.directions:
+            body = np.stack([seen.body for seen in self.directions], axis=1)
+            inertial = np.stack([seen.inertial for seen in self.directions], axis=1)
+            spread = np.hypot(np.stack([seen.sigma for seen in self.directions], axis=1), MODEL_ERROR)
+            found, covariance = wahba(body, inertial, spread)
+            told = np.isfinite(found).all(axis=1)
+            sigma[told] = np.sqrt(np.linalg.eigvalsh(covariance[told])[:, 2])
         found[~(sigma < np.radians(40.0))] = np.nan
         tracked = np.isfinite(self.attitude).all(axis=1)
         found[tracked], sigma[tracked] = self.attitude[tracked], 1e-3
         return found, sigma
 
 
-def triad(body: np.ndarray, inertial: np.ndarray) -> np.ndarray:
-    """[n 4] attitudes, inertial from body, of two directions each [n 2 3], the first one kept exactly (Black 1964)."""
-
-    def axes(pair):
-        first = pair[:, 0] / np.linalg.norm(pair[:, 0], axis=1, keepdims=True)
-        across = np.cross(first, pair[:, 1])
-        across /= np.linalg.norm(across, axis=1, keepdims=True)
-        return np.stack([first, across, np.cross(first, across)], axis=2)
-
-    return Rotation.from_matrix(axes(inertial) @ np.swapaxes(axes(body), 1, 2)).as_quat(scalar_first=True)
-
-
 def sights_of(problem: SensedProblem, samples: Samples) -> Sights:
     """Sights at the samples, by the calibrations of the problem's model; carried between a sensor's readings."""
     n, t = len(samples.t), samples.t
-    known = {
-        "field": np.asarray(problem.sky.b_field_eci)[:n],
-        "nadir": -np.asarray(problem.sky.position_eci)[:n],
-        "sun": np.zeros((n, 3)) if problem.sky.light is None else np.asarray(problem.sky.light.sun_eci)[:n],
-    }
+    known = known_directions(problem, n)
     directions, attitude = [], np.full((n, 4), np.nan)
     rate, rate_sigma = np.full((n, 3), np.nan), np.full(n, np.inf)
     for name, rows in samples.values.items():
@@ -102,17 +74,26 @@ def sights_of(problem: SensedProblem, samples: Samples) -> Sights:
         if sensor.sees == "attitude":
             attitude = vectors
         elif sensor.sees == "rate":
-            rate, rate_sigma = _carried(t, vectors, unit=False), np.full(n, float(np.nanmedian(sigma)))
+            rate, rate_sigma = carried(t, vectors, unit=False), np.full(n, float(np.nanmedian(sigma)))
         else:
             # A bad reading among good ones would lead the whole search astray: a median of three times leaves it out.
-            inertial = known[sensor.sees]
-            inertial = inertial / np.maximum(np.linalg.norm(inertial, axis=1, keepdims=True), 1e-30)
-            carried = _carried(t, vectors, unit=True)
-            directions.append(Directions(carried, inertial, np.full(n, float(np.nanmedian(sigma)))))
+            spread = np.full(n, float(np.nanmedian(sigma)))
+            directions.append(Directions(carried(t, vectors, unit=True), known[sensor.sees], spread))
     return Sights(t, tuple(directions), attitude, rate, rate_sigma)
 
 
-def _carried(t: np.ndarray, vectors: np.ndarray, *, unit: bool) -> np.ndarray:
+def known_directions(problem: SensedProblem, count: int) -> dict[str, np.ndarray]:
+    """[count 3] unit vectors, inertial axes, of the field, the Sun (zero where there is no light) and the nadir."""
+    light = problem.sky.light
+    found = {
+        "field": np.asarray(problem.sky.b_field_eci)[:count],
+        "nadir": -np.asarray(problem.sky.position_eci)[:count],
+        "sun": np.zeros((count, 3)) if light is None else np.asarray(light.sun_eci)[:count],
+    }
+    return {name: v / np.maximum(np.linalg.norm(v, axis=1, keepdims=True), 1e-30) for name, v in found.items()}
+
+
+def carried(t: np.ndarray, vectors: np.ndarray, *, unit: bool) -> np.ndarray:
     """Vectors at all times: those measured, and between two near measurements what lies between them."""
     good = np.flatnonzero(np.isfinite(vectors).all(axis=1))
     found = vectors.copy()

@@ -1,5 +1,7 @@
 """Estimation: attitude and the direction of the Sun from readings, without a model of the motion."""
 
+from jaxsat.estimation.magnetometer import MagnetometerCalibration as MagnetometerCalibration
+from jaxsat.estimation.magnetometer import calibrate_magnetometer as calibrate_magnetometer
 from jaxsat.estimation.sun.candidates import Candidates as Candidates
 from jaxsat.estimation.sun.candidates import sun_candidates as sun_candidates
 from jaxsat.estimation.sun.filter import SunFilter as SunFilter
@@ -21,3 +23,5 @@ from jaxsat.estimation.vectors import rotation_covariance as rotation_covariance
 from jaxsat.estimation.vectors import triad as triad
 from jaxsat.estimation.vectors import two_vector_attitude as two_vector_attitude
 from jaxsat.estimation.vectors import weighted_attitude as weighted_attitude
+from jaxsat.estimation.wahba import quest as quest
+from jaxsat.estimation.wahba import wahba as wahba

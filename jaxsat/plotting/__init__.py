@@ -1,6 +1,7 @@
 """Pictures of a fit and of the preparation before it, as PNG, from plain arrays."""
 
 from jaxsat.plotting.currents import draw_currents as draw_currents
+from jaxsat.plotting.direct_attitudes import draw_direct_attitudes as draw_direct_attitudes
 from jaxsat.plotting.field_angle import draw_field_angle as draw_field_angle
 from jaxsat.plotting.local_attitudes import draw_local_attitudes as draw_local_attitudes
 from jaxsat.plotting.orbit import draw_orbit as draw_orbit

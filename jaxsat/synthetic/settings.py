@@ -42,6 +42,8 @@ def _printable(name: str) -> str:
     return name
 
 
+UnitQuaternion = Annotated[tuple[float, float, float, float], Field(strict=False), AfterValidator(_unit_quaternion)]
+"""Scalar first."""
 _Outline = Annotated[tuple[Vector, ...], Field(strict=False, min_length=3, max_length=64)]
 
 
@@ -67,9 +69,7 @@ class SimulationSettings(Section):
     )
     duration_s: Positive = Field(default=4500.0, le=30 * 86400.0, description="length of the session [s]")
     sampling_s: Annotated[float, Field(ge=0.01)] = Field(default=64.0, description="time between samples [s]")
-    quaternion: (
-        Annotated[tuple[float, float, float, float], Field(strict=False), AfterValidator(_unit_quaternion)] | None
-    ) = Field(
+    quaternion: UnitQuaternion | None = Field(
         default=None,
         description="attitude at t = 0, scalar first, body to inertial axes [1]; in place of sun_magnetic_deg",
         examples=[[0.4086964, 0.1111795, -0.6106432, -0.6691197]],

@@ -84,6 +84,8 @@ def sensed_facts(result: SensedResult) -> list[tuple[str, str]]:
         facts.append(("... where it is held out", f"{medians(result.attitude_sigma_deg[~fitted])} deg (median)"))
     rate = np.degrees(np.linalg.norm(result.angular_velocity_rad_s, axis=1))
     facts.append(("angular rate", f"{rate.min():.3g} to {rate.max():.3g} deg/s"))
+    if result.gauge:
+        facts.append(("by definition", result.gauge))
     facts += [(f"axes of {name}", ", ".join(axes)) for name, axes in result.axes.items()]
     times = ", ".join(f"{name} {seconds:.1f} s" for name, seconds in result.timing_s.items() if seconds > 0.0)
     facts.append(("time", times))

@@ -12,14 +12,25 @@ from jaxsat.cli.shared.folders import default_folder
 from jaxsat.cli.shared.options import Arc, ConfigFile, Drop
 
 FILES = ("attitude.csv", "currents.csv", "currents.png", "attitude.png", "local.json")
+"""Of both kinds: none of an earlier run stands beside a new one."""
 Method = Literal["field-roll", "five-parameter", "sun-field"]
 PROGRAM = {"field-roll": "OrbfiGraf", "five-parameter": "OptLoc", "sun-field": "OrSB"}
 
 
 def local(
-    file: Annotated[Path | None, Parameter(help="RAW_SUN file. [default: a bundled synthetic one]")] = None,
+    file: Annotated[
+        Path | None,
+        Parameter(help="RAW_SUN file, or with --satellite a table, CSV or Parquet. [default: a bundled synthetic one]"),
+    ] = None,
     /,
     *,
+    satellite: Annotated[
+        Path | None,
+        Parameter(
+            help="Satellite file, TOML, of any satellite: attitudes by all directions that its sensors see at once, "
+            "and by its star tracker; `jaxsat init TABLE` drafts one."
+        ),
+    ] = None,
     method: Annotated[
         Method,
         Parameter(
@@ -76,11 +87,18 @@ def local(
     out: Annotated[Path, Parameter(help="Directory for the results.")] = default_folder("local"),
     plots: Annotated[bool, Parameter(help="Draw pictures.")] = True,
 ) -> int:
-    """Find the attitude of each sample by itself, from six panel currents.
+    """Find the attitude of each sample by itself, without a model of the motion.
 
-    Writes attitude.csv (direction cosines of the body axes and other attitudes
-    that explain a sample), currents.csv (direct and returned sunlight apart),
-    local.json and pictures. What cannot be told has a status and a reason.
+    Of Munin from six panel currents: attitude.csv (direction cosines of the
+    body axes and other attitudes that explain a sample), currents.csv (direct
+    and returned sunlight apart), local.json and pictures.
+
+    With --satellite of any satellite whose sensors see two of field, Sun and
+    nadir, or stars: least squares of the directions. attitude.csv has also
+    the 1-sigma, rates by finite turns and by how much the angle between two
+    directions is off; unknown axes are ranked by that.
+
+    What cannot be told has a status and a reason.
 
     Exit status: 0 done, 1 bad input or no sample in sunlight, 2 wrong usage,
     3 no sample has an attitude.
@@ -88,8 +106,21 @@ def local(
     Example: jaxsat local a.RAW_SUN --albedo-max 0.3 --out a-local
 
     Example: jaxsat local --method five-parameter --direct-sigma 0.05
+
+    Example: jaxsat local pass.csv --satellite sat.toml --out pass-local
     """
     began = time.perf_counter()
+    if satellite is not None:
+        own = {"--albedo-max": albedo_max, "--x": x, "--direct-sigma": direct_sigma, "--sun-sigma-deg": sun_sigma_deg}
+        own |= {"--field-sigma-uT": field_sigma_ut, "--config": config, "--drop": drop}
+        refused = [option for option, value in own.items() if value is not None]
+        if refused:
+            raise CycloptsError(msg=f"{', '.join(refused)} cannot stand beside --satellite.")
+        if file is None:
+            raise CycloptsError(msg="--satellite needs a table of telemetry.")
+        from jaxsat.cli.local.directions import local_directions
+
+        return local_directions(file, satellite, out, arc_s=arc, began=began, plots=plots)
     if direct_sigma is not None and method != "five-parameter":
         raise CycloptsError(msg="--direct-sigma is for --method five-parameter.")
     for option, value in {"--sun-sigma-deg": sun_sigma_deg, "--field-sigma-uT": field_sigma_ut}.items():

@@ -72,7 +72,11 @@ class ChannelSettings(Section):
     """Step of the digits [unit]."""
     delay_s: Scalar = plain(0.0)
     """Stamp minus instant of measurement."""
+    interval_s: Positive | None = None
+    """Between readings that `jaxsat simulate` makes; left out: as its option says."""
     loss: Literal["normal", "student", "mixture"] | None = None
+    """What may be wrong with a sample: normal (nothing), student (heavy tails), mixture (anything);
+    left out: as the fit has it for all channels."""
     role: Literal["fitted", "witness"] = "fitted"
     """A witness is not fitted: it is asked afterwards whether it agrees."""
 

@@ -67,7 +67,9 @@ class Panels(AbstractSensor):
     ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
         """Directions of the Sun, NaN in the dark (`sun_of_cells`): by the currents' ratios more than by their sizes."""
         full = np.asarray(self.max_current, float) * np.asarray(self.gain, float)
-        normals = np.asarray(self.tilted_normals(), float)
+        # Most have no tilt, and JAX outside a compiled program takes a tenth of a second to turn by nothing.
+        flat = self.tilts is None or not np.any(np.asarray(self.tilts))
+        normals = np.asarray(self.normals if flat else self.tilted_normals(), float)
         return sun_of_cells(
             readings / full,
             sigma / np.abs(full),

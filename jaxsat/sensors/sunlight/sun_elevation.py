@@ -24,9 +24,7 @@ HARMONICS, STEEPNESS = 4, 8
 """Of the azimuth in `SunElevation.rim`, and the power of the sine of the Sun's angle off the axis there."""
 
 
-def rim_share(
-    normal: Float[Array, "3"], sun: Float[Array, "3"], rim: Float[Array, " waves"]
-) -> Float[Array, ""]:
+def rim_share(normal: Float[Array, "3"], sun: Float[Array, "3"], rim: Float[Array, " waves"]) -> Float[Array, ""]:
     """What stands about a diode adds to its sunlight, over that: sin^8(angle) sum (a_m cos m phi + b_m sin m phi).
 
     The azimuth phi goes from the first of the body axes across the normal to the second, `rim` is a_1, b_1, a_2, ...

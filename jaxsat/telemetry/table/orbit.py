@@ -38,18 +38,25 @@ def orbit_for(satellite: Satellite, session: TableSession, *, margin: float = MA
     """
     first, last = session.span_s
     start, stop = first - margin, last + margin
-    settings, epoch = satellite.orbit, session.epoch
+    columns = satellite.orbit.columns
+    if columns is None:
+        return orbit_over(satellite, session.epoch, start, stop)
+    if session.positions is None:
+        raise InputError("holds no positions", file=session.paths[0], field=columns.position[0])
+    return orbit_through(*session.positions, start=start, stop=stop, file=session.paths[0])
+
+
+def orbit_over(satellite: Satellite, epoch: Epoch, start: float, stop: float) -> AbstractOrbit:
+    """The same between two times [s] after an epoch, of a satellite whose positions no table has to tell."""
+    settings = satellite.orbit
     if settings.elements is not None:
         return _kepler(settings.elements, epoch)
-    if settings.columns is not None:
-        if session.positions is None:
-            raise InputError("holds no positions", file=session.paths[0], field=settings.columns.position[0])
-        return orbit_through(*session.positions, start=start, stop=stop, file=session.paths[0])
     if settings.oem is not None:
         path = beside(satellite, settings.oem)
         return _from_ephemeris(read_oem(path), epoch, start, stop, path)
-    elements = element_set_for(satellite, session)
-    assert elements is not None
+    elements = element_set_at(satellite, epoch.shifted(0.5 * (start + stop)))
+    if elements is None:
+        raise InputError("the positions are those of a table", file=satellite.path, field="orbit.columns")
     try:
         return sgp4_orbit(elements.satellite, epoch, start=start, stop=stop)
     except ValueError as error:
@@ -58,6 +65,11 @@ def orbit_for(satellite: Satellite, session: TableSession, *, margin: float = MA
 
 def element_set_for(satellite: Satellite, session: TableSession) -> ElementSet | None:
     """The element set that the orbit is made of; None where it comes from something else."""
+    return element_set_at(satellite, session.epoch.shifted(0.5 * sum(session.span_s)))
+
+
+def element_set_at(satellite: Satellite, instant: Epoch | None) -> ElementSet | None:
+    """The element set nearest to an instant, the first without one; None where the orbit has another source."""
     settings = satellite.orbit
     source = settings.tle if settings.tle is not None else settings.omm
     if source is None:
@@ -70,8 +82,8 @@ def element_set_for(satellite: Satellite, session: TableSession) -> ElementSet |
         line = source[0]
         number = from_alpha5(line[2:7].replace(" ", "0"))
         return ElementSet(satellite.name, number, Satrec.twoline2rv(*source), None)
-    middle = session.epoch.shifted(0.5 * sum(session.span_s))
-    return nearest_element_set(read_element_sets(beside(satellite, source)), middle)
+    found = read_element_sets(beside(satellite, source))
+    return found[0] if instant is None else nearest_element_set(found, instant)
 
 
 def beside(satellite: Satellite, name: str) -> Path:

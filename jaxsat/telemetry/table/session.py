@@ -48,6 +48,8 @@ class Channel:
     columns: tuple[str, ...]
     witness: bool = False
     """Whether it is not fitted, but asked afterwards whether it agrees."""
+    loss: str | None = None
+    """What may be wrong with a sample: `normal` nothing, `student` tails, `mixture` anything; None: as the fit has it."""
 
     @staticmethod
     def of(name: str, settings: ChannelSettings, t_s: np.ndarray, values: np.ndarray) -> "Channel":
@@ -66,6 +68,7 @@ class Channel:
             quantum=quantum,
             columns=settings.columns,
             witness=settings.role == "witness",
+            loss=settings.loss,
         )
 
 

@@ -73,7 +73,7 @@ def test_every_promised_file_is_there_and_no_other(fitted):
 
 def test_fit_json_is_exactly_its_schema(fitted, document):
     assert list(document) == [
-        *("schema", "telemetry", "epoch_utc", "status", "message", "chi2", "dof", "residual_rms_mA"),
+        *("schema", "telemetry", "epoch_utc", "status", "message", "chi2", "dof", "residual_rms_mA", "witness"),
         *("parameters", "gauge", "unseen", "correlations", "attitude", "orbit", "diagnostics", "profiles", "timing_s"),
     ]
     assert document["schema"] == "jaxsat.fit/1" and document["telemetry"] == str(fitted[0])

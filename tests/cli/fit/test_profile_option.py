@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting.outcome.profile import Profile
+from fitting.profile.profile import Profile
 from jaxsat.cli.main import run
 
 VALUES = np.linspace(247.0, 255.0, 9)
@@ -45,7 +45,7 @@ def asked(monkeypatch, fit_result):
 
     monkeypatch.setattr("fitting.run.estimate", fit)
 
-    monkeypatch.setattr("fitting.outcome.profiler.profile_all", profile_all)
+    monkeypatch.setattr("fitting.profile.profiler.profile_all", profile_all)
     monkeypatch.setattr("jaxsat.numerics.set_up_jax", lambda: None)
     return calls
 

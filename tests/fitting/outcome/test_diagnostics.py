@@ -7,9 +7,12 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from fitting.outcome.diagnostics import LAGS, Diagnostics, diagnose, panel_residuals
+from fitting.outcome.diagnostics import Diagnostics, diagnose, magnetometer_witness
 from fitting.outcome.result import FitResult
+from fitting.outcome.series import LAGS, panel_residuals
+from jaxsat.bundled import BUNDLED
 from jaxsat.errors import InputError
+from jaxsat.telemetry import read_telemetry
 
 SAMPLES = 70
 PANELS = ("+x", "-x", "+y", "-y", "+z", "-z")
@@ -175,3 +178,39 @@ def test_document_is_strict_json():
 def test_noise_must_be_above_zero():
     with pytest.raises(InputError, match="noise_mA: expected a noise above 0 mA, got 0"):
         diagnose(result_with(noise()), noise_mA=0.0)
+
+
+class TestMagnetometer:
+    """Of a session whose magnetometer reads a field of which a fit says this or that."""
+
+    session = read_telemetry(BUNDLED)
+    t = session.t_s[2:]
+
+    def asked(self, off: np.ndarray, sigma: float = 0.0):
+        read = np.nan_to_num(self.session.b_field_uT[2:])
+        field = np.column_stack([np.zeros(len(self.t)), read + off])
+        flat = np.full((len(self.t), 3), sigma)
+        result = result_with(np.zeros((len(self.t), 6)), t_s=self.t)
+        result = dataclasses.replace(result, field_body_uT=field, field_body_sigma_uT=flat)
+        return magnetometer_witness(result, self.session)
+
+    def test_it_confirms_what_is_near(self):
+        witness = self.asked(np.full((len(self.t), 2), 0.5))
+        assert witness is not None and witness.holdout is not None and not witness.denies
+        assert witness.holdout.rms == pytest.approx(0.5)
+        assert witness.holdout.promised_rms == pytest.approx(1.0)
+        assert witness.holdout.count == np.isfinite(self.session.b_field_uT[2:]).sum()
+        assert witness.samples == np.isfinite(self.session.b_field_uT[2:]).any(axis=1).sum()
+
+    def test_an_attitude_that_is_not_sure_of_it_promises_less(self):
+        witness = self.asked(np.full((len(self.t), 2), 3.0), sigma=2.0)
+        assert witness is not None and witness.holdout is not None and not witness.denies
+        assert witness.holdout.promised_rms == pytest.approx(np.hypot(1.0, 2.0))
+
+    def test_it_denies_what_is_far(self):
+        for off in (2.5, 30.0):
+            witness = self.asked(np.full((len(self.t), 2), off))
+            assert witness is not None and witness.denies
+
+    def test_a_fit_without_a_field_is_not_asked(self):
+        assert magnetometer_witness(result_with(np.zeros((len(self.t), 6)), t_s=self.t), self.session) is None

@@ -10,6 +10,7 @@ from fitting.outcome.uncertainty import (
     covariance,
     field_angle_sigma,
     physical_covariance,
+    vector_sigma,
 )
 from fitting.parameters.names import MODEL, NAMED, STATE
 
@@ -104,6 +105,17 @@ def test_field_along_x_takes_the_larger_transverse_sigma(direction):
     rotation_covariance = turn @ np.diag([9.0, 1.0, 4.0]) @ turn.T * 1e-6
     field = np.array([[direction * 3e-5, 0.0, 0.0]])
     assert field_angle_sigma(field, rotation_covariance[None])[0] == pytest.approx(2e-3)
+
+
+def test_a_vector_scatters_in_body_axes_as_stated():
+    root = 1e-3 * RNG.normal(size=(3, 3))
+    vector = np.array([3.0, -1.0, 2.0])
+    turns = Rotation.from_rotvec(RNG.normal(size=(20000, 3)) @ root.T)
+    # The attitude turns by r in body axes, and the vector's components by -r.
+    scatter = turns.inv().apply(vector).std(axis=0)
+    sigma = vector_sigma(vector[None], (root @ root.T)[None])
+    np.testing.assert_allclose(sigma[0], scatter, rtol=0.03)
+    assert np.all(np.isinf(vector_sigma(vector[None], np.full((1, 3, 3), np.inf))))
 
 
 def test_the_attitude_is_unknown_where_a_blind_unknown_moves_it():

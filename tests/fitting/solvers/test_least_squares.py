@@ -12,6 +12,7 @@ import pytest
 
 from fitting.measurements.abstract import RATE_UNIT, Prediction
 from fitting.measurements.floor import NO_FLOOR
+from fitting.measurements.groups import Group
 from fitting.measurements.observations import build_problem
 from fitting.measurements.problem import CURRENTS
 from fitting.parameters.nominal import nominal_model
@@ -241,3 +242,14 @@ def test_number_of_starts_does_not_change_a_start(session):
     alone = session.solve(x[5:6], q[5:6], last_sample=15, iterations=2)
     np.testing.assert_array_equal(together.x[5], alone.x[0])
     np.testing.assert_array_equal(together.cost[5], alone.cost[0])
+
+
+@pytest.mark.parametrize(("loss", "expected"), [(None, 1e-6), ("normal", 1.0), ("student", 3.0 / (3.0 + 300.0))])
+def test_losses_of_channels(loss, expected):
+    """One sample of three readings with squares of 100 each: an outlier, a plain sample, or one of a heavy tail."""
+    none = jnp.asarray(NONE)
+    settings = Settings(jnp.asarray(0), jnp.asarray(1), none, jnp.ones(1, bool), none, jnp.asarray(1.0))
+    r, floor = jnp.full((1, 3), 10.0), jnp.full((1, 3), NO_FLOOR)
+    groups = (Group("mag", 3, loss=loss),)
+    _, gradient, _ = normal_equations(r, jnp.ones((1, 3, 1)), jnp.ones((1, 3)), settings, floor, groups)
+    assert float(gradient[0]) / 30.0 == pytest.approx(expected, abs=1e-5)

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from fitting.outcome.profile import Profile, check_profile, profile_all
 from fitting.parameters.parametrization import parametrization
+from fitting.profile.profile import Profile, check_profile, profile_all
 from fitting.solvers.refine import LIKELIHOODS
 from jaxsat.errors import InputError
 

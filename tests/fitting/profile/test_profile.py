@@ -14,9 +14,9 @@ from scipy.optimize import least_squares
 from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.observations import build_problem
 from fitting.measurements.problem import predict
-from fitting.outcome.profile import Z_68, Z_95, check_profile, interval, profile, profile_all
 from fitting.parameters.nominal import nominal_model
 from fitting.parameters.parametrization import parametrization
+from fitting.profile.profile import Z_68, Z_95, check_profile, interval, profile, profile_all
 from fitting.session import prepare_session
 from fitting.settings import FitSettings
 from fitting.solvers.refine import refine

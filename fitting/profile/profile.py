@@ -15,11 +15,11 @@ from scipy.interpolate import CubicSpline
 
 from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.problem import Problem
-from fitting.outcome.profile_walk import Held, Step, walk
 from fitting.outcome.summary import describe
 from fitting.outcome.uncertainty import at_bound, covariance, physical_covariance
 from fitting.parameters.names import GAINS, INERTIA, MAGNET, NAMED, POLAR, STATE, TO_UNIT, UNITS
 from fitting.parameters.parametrization import Parametrization
+from fitting.profile.walk import Held, Step, walk
 from fitting.solvers.refine import CONVERGED_DECREMENT, Refined
 from fitting.starts.multi_start import NONE, Progress
 from jaxsat.errors import InputError

@@ -1,0 +1,1 @@
+"""Profile likelihoods: the cost along one parameter, all others at their best."""

@@ -1,0 +1,86 @@
+"""A satellite as it may really be: numbers drawn from the priors of its file, and axes that the file leaves open."""
+
+import itertools
+from collections.abc import Mapping, Sequence
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from jaxsat.errors import InputError
+from jaxsat.satellites import Satellite
+from jaxsat.satellites.model import Leaf, Model, nominal_values, with_values
+from jaxsat.satellites.sections.parts import check_inertia
+
+ATTEMPTS = 1000
+
+
+def drawn_model(satellite: Satellite, random: np.random.Generator) -> Model:
+    """Returns a model whose numbers with a sigma are drawn, normal within their bounds.
+
+    What depends on each other is drawn together until some body has that inertia tensor, and some material that loop.
+    Raises `InputError` naming numbers whose priors allow none.
+    """
+    leaves = [leaf for leaf in satellite.leaves if leaf.sigma is not None]
+    groups: dict[str, list[Leaf]] = {}
+    for leaf in leaves:
+        groups.setdefault(_group(leaf), []).append(leaf)
+    values = [_drawn(name, group, satellite, random) for name, group in groups.items()]
+    spots = [leaf.spot for group in groups.values() for leaf in group]
+    model = with_values(satellite.model, spots, jnp.asarray(np.concatenate([np.zeros(0), *values])))
+    for name in satellite.conventions:
+        axes = _some_axes(random, mirrored=satellite.conventions[name] == "mirrored")
+        model = eqx.tree_at(lambda m, name=name: m.sensors[name].axes, model, jnp.asarray(axes))  # type: ignore[misc]
+    return model
+
+
+def _group(leaf: Leaf) -> str:
+    """Numbers that are drawn together: the tensor, the numbers of a rod; each other one by itself."""
+    if leaf.name.startswith("inertia."):
+        return "inertia"
+    return ".".join(leaf.name.split(".")[:2]) if leaf.name.startswith("rods.") else leaf.name
+
+
+def _drawn(name: str, leaves: Sequence[Leaf], satellite: Satellite, random: np.random.Generator) -> np.ndarray:
+    nominal = nominal_values(satellite.model, [leaf.spot for leaf in leaves])
+    sigma, lower, upper = (np.array([getattr(leaf, key) for leaf in leaves]) for key in ("sigma", "lower", "upper"))
+    for _ in range(ATTEMPTS):
+        values = nominal + sigma * random.standard_normal(len(leaves))
+        if np.all((lower < values) & (values < upper)) and _possible(name, leaves, values, satellite):
+            return values
+    raise InputError("its prior allows next to no value within its bounds", file=satellite.path, field=name)
+
+
+def _possible(name: str, leaves: Sequence[Leaf], values: np.ndarray, satellite: Satellite) -> bool:
+    if name == "inertia":
+        tensor = np.array(satellite.model.spacecraft.inertia)
+        for leaf, value in zip(leaves, values, strict=True):
+            tensor.flat[list(leaf.entries)] = value
+        try:
+            check_inertia(tensor)
+        except ValueError:
+            return False
+    rod = _rod(name, leaves, values, satellite)
+    return not rod or (rod["Br"] < rod["Bs"] and abs(rod["start"]) < 0.99 * rod["Bs"])
+
+
+def _rod(name: str, leaves: Sequence[Leaf], values: np.ndarray, satellite: Satellite) -> Mapping[str, float]:
+    """All numbers of a rod with hysteresis, those that are not drawn too; empty for what is none."""
+    own = [leaf for leaf in satellite.leaves if name.startswith("rods.") and leaf.name.startswith(f"{name}.")]
+    if not any(leaf.name.endswith(".Br") for leaf in own):
+        return {}
+    found = nominal_values(satellite.model, [leaf.spot for leaf in own])
+    by_name = {leaf.name: float(value) for leaf, value in zip(own, found, strict=True)}
+    by_name |= {leaf.name: float(value) for leaf, value in zip(leaves, values, strict=True)}
+    return {key.rpartition(".")[2]: value for key, value in by_name.items()}
+
+
+def _some_axes(random: np.random.Generator, *, mirrored: bool) -> np.ndarray:
+    """One of the 24 right-handed ways to read along the body's axes, or of all 48."""
+    ways = [
+        np.diag(signs)[:, list(order)]
+        for order in itertools.permutations(range(3))
+        for signs in itertools.product((1.0, -1.0), repeat=3)
+    ]
+    ways = [way for way in ways if mirrored or np.linalg.det(way) > 0.0]
+    return ways[random.integers(len(ways))]
