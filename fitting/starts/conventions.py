@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 
 from fitting.measurements.assembly import Samples
@@ -52,7 +53,7 @@ def with_axes(problem: SensedProblem, convention: Convention) -> SensedProblem:
     """The problem whose sensors read so: other numbers, the same programs."""
     model = problem.model
     for name, axes in convention.axes.items():
-        model = eqx.tree_at(lambda m, name=name: m.sensors[name].axes, model, np.asarray(axes))
+        model = eqx.tree_at(lambda m, name=name: m.sensors[name].axes, model, jnp.asarray(axes))
     return eqx.tree_at(lambda p: p.model, problem, model)
 
 
