@@ -85,6 +85,7 @@ def main() -> None:
     figures = _figures(best, diodes)
     for what, found in (("without its rim", plain), ("by the element set of 12 December", other)):
         figures += [Figure(f"{d.name} clear, {what}", _median(d, d.clear), "deg median") for d in diodes_of(found)]
+    figures.append(Figure("the two element sets apart, at most", orbits_apart_km(best, other), "km"))
     for name, channel in ahead.result.channels.items():
         if channel.holdout is not None:
             what = f"{name} predicted for the last 30 % of the time, over the promised"
@@ -137,6 +138,14 @@ def _diffuse(problem, result, normal) -> np.ndarray:
     light = jax.tree.map(lambda leaf: jnp.asarray(leaf)[:n], problem.sky.light)
     faces = jax.vmap(lambda q: quaternion.rotate(q, jnp.asarray(normal)))(result.quaternion_inertial_from_body)
     return np.asarray(jax.vmap(lambda face, light: earthlight(face[None], albedo, light)[0])(faces, light))
+
+
+def orbits_apart_km(one, other) -> float:
+    """Largest distance between the positions by the orbits of two fits, at the samples of the first."""
+    import jax
+
+    positions = [np.asarray(jax.vmap(fit.around.orbit)(one.result.t_s)[0]) for fit in (one, other)]
+    return 1e-3 * float(np.linalg.norm(positions[0] - positions[1], axis=1).max())
 
 
 def _median(diode: Diode, part: np.ndarray) -> float:

@@ -77,7 +77,10 @@ def excerpt(source: Path) -> None:
     attitude, diodes = read_attitude(source / ATTITUDE), read_diodes(source / DIODES)[::2]
     place = np.searchsorted(diodes[:, 0], attitude[:, 0])
     near = [np.abs(diodes[np.clip(place + k, 0, len(diodes) - 1), 0] - attitude[:, 0]) for k in (-1, 0)]
-    write_tables(attitude[np.minimum(*near) < 10.1], diodes, EXCERPT, 4)
+    held = attitude[:, 5] == 1.0
+    # Of estimates that stand still the first and the last tell as much.
+    inside = held & np.roll(held, 1) & np.roll(held, -1)
+    write_tables(attitude[(np.minimum(*near) < 10.6) & ~inside], diodes, EXCERPT, 4)
 
 
 if __name__ == "__main__":

@@ -1,16 +1,16 @@
-"""skCUBE: attitude from five Sun sensors of unknown calibration, and six panel currents as witness that nobody fitted.
+"""skCUBE: attitude from Sun sensors, gyro and magnetometer of unknown calibration; panel currents are the witness.
 
-    python -m experiments.flight.skcube --data DIR --out flight-skcube
+    python -m experiments.flight.skcube --data DIR --out flight-skcube [--search-axes]
 
 DIR holds `skcube_adcs.csv` and `skcube_pwr.csv`, decoded frames of yangwao/skCube-data-collector (MIT licence). Three
-passes of 28 June 2017 are fitted, each by itself, by brightness and angles of the Sun sensors; the dipole that nobody
-mentions is free. What the panels should have given in that motion is set against the currents: in full Sun behind the
-shadow, where an empty battery takes all, and later, where it does not. Writes figures.json, skcube.png, and the report
-of each pass.
+passes of 28 June 2017 are fitted, each by itself; the dipole that nobody mentions is free. What the panels should have
+given in that motion is set against the currents, which no fit has seen: in full Sun behind the shadow, where an empty
+battery takes all, and later, where it does not. With --search-axes the first pass is also fitted under all 48 ways in
+which the gyro's columns may read. Writes figures.json, skcube.png, and the report of each pass.
 """
 
 import argparse
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +50,34 @@ class Agreement:
 
 
 @dataclass(frozen=True)
+class Threshold:
+    """Cells that share a bus: each loses the same current before it gives any."""
+
+    gain: float
+    lost_ma: float
+
+    @staticmethod
+    def of(measured: np.ndarray, modelled: np.ndarray) -> "Threshold":
+        """Least squares over both numbers."""
+        found = []
+        for lost in np.arange(0.0, 200.0, 2.0):
+            # In units of the currents before the gain, which is then one number of a linear fit.
+            left = np.maximum(modelled - lost, 0.0)
+            gain = float((measured * left).sum() / (left**2).sum())
+            found.append((float(np.sum((measured - gain * left) ** 2)), gain, lost))
+        _, gain, lost = min(found)
+        return Threshold(gain, gain * lost)
+
+    def agreement(self, measured: np.ndarray, modelled: np.ndarray) -> Agreement:
+        """Of the currents with those of this law, without any further scale."""
+        given = np.maximum(self.gain * modelled - self.lost_ma, 0.0)
+        rms = float(np.sqrt(np.mean((measured - given) ** 2)))
+        return Agreement(
+            len(measured), float(np.corrcoef(measured.ravel(), given.ravel())[0, 1]), rms, float(given.max())
+        )
+
+
+@dataclass(frozen=True)
 class Flown:
     """A pass, its fit, and how its currents agree."""
 
@@ -62,12 +90,18 @@ class Flown:
     others: tuple[float, ...]
     """Correlation in full Sun by each other motion that the search ended at, best first."""
 
+    def currents(self, part: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """[frames panels] measured and modelled [mA]."""
+        cells = self.fit.result.channels["cells"]
+        return cells.measured[part], cells.modelled[part]
+
 
 def main() -> None:
     """Fits, prints asked and measured, and writes."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True, help="folder of skcube_adcs.csv and skcube_pwr.csv")
     parser.add_argument("--out", type=Path, default=Path("flight-skcube"))
+    parser.add_argument("--search-axes", action="store_true", help="try all axes of the gyro, on the first pass")
     arguments = parser.parse_args()
     import jaxsat
 
@@ -80,6 +114,15 @@ def main() -> None:
     evenings = [each.begin for each in PASSES if each.after_shadow]
     late = behind(arguments.data, satellite.orbit.tle, evenings)
     figures = [figure for each in flown for figure in _figures(each)]
+    law = Threshold.of(*flown[0].currents(flown[0].full_sun))
+    for each in flown:
+        if each.full_sun.any():
+            found = law.agreement(*each.currents(each.full_sun))
+            what = "fitted" if each is flown[0] else "predicted"
+            figures.append(
+                Figure(f"{each.flown.name}, threshold of {law.lost_ma:.0f} mA {what}: r", found.correlation, "1")
+            )
+            figures.append(Figure("  RMS", found.rms_ma, "mA"))
     figures.append(Figure("behind VZLUSAT-1, by the horizon", late.best_s, "s"))
     print(told(figures))
     print(f"frames were above the horizon for {late.possible_s[0]:.0f} to {late.possible_s[1]:.0f} s behind")
@@ -91,8 +134,18 @@ def main() -> None:
         figures,
         passes={each.flown.name: _told(each) for each in flown},
         behind_s=late.possible_s,
+        axes=_searched(satellite, arguments) if arguments.search_axes else None,
     )
     draw_skcube(arguments.out / "skcube.png", flown)
+
+
+def _searched(satellite, arguments) -> dict:
+    """Axes of the gyro on the first pass."""
+    free = replace(satellite, conventions={"gyro": "mirrored"})
+    result = fly(free, arguments.data, arguments.out / "axes", PASSES[0]).fit.result
+    others = [each for each in result.alternatives if each["axes"] != result.axes]
+    print(f"axes of the gyro: {result.axes}; the next ones {others[0] if others else 'were given up on the way'}")
+    return {"best": result.axes, "others": result.alternatives}
 
 
 def fly(satellite, data: Path, out: Path, each: Pass) -> Flown:
@@ -158,10 +211,10 @@ def _told(each: Flown) -> dict:
         "verdict": result.verdict,
         "message": result.message,
         "remarks": result.remarks,
-        "sun_sensor_rms": result.channels["sun"].rms,
+        "rms": {name: channel.rms for name, channel in result.channels.items()},
+        "parameters": {p.name: [p.value, p.sigma] for p in result.parameters if p.free},
         "attitude_sigma_deg": float(np.median(np.linalg.norm(result.attitude_sigma_deg, axis=1))),
         "rate_deg_s": np.degrees(np.linalg.norm(result.angular_velocity_rad_s, axis=1)).tolist(),
-        "dipole_A_m2": [p.value for p in result.parameters if p.name.startswith("magnet.")],
         "full_sun": None if each.early is None else vars(each.early),
         "later": None if each.later is None else vars(each.later),
         "correlation_of_other_motions": each.others,

@@ -21,7 +21,7 @@ COSINE_S = 200.0
 """So long after the first frame behind the shadow the battery takes all that the panels give."""
 KEPT = (
     *(f"sun{face}_{what}" for face in FULL for what in ("x", "y", "irr")),
-    *("gx", "gy", "gz", "m1x", "m1y", "m1z", "m2x", "m2y", "m2z"),
+    *("gx", "gy", "gz", "m2x", "m2y", "m2z"),
 )
 
 

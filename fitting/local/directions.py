@@ -110,7 +110,9 @@ def _solved(problem: SensedProblem, samples: Samples, found: tuple[Convention, .
         else:
             verdicts.append((SOLVED, ""))
     status, reason = zip(*verdicts, strict=True)
-    rate = sample_rates(samples.t, attitude)
+    # An attitude that is wrong by a wrong reading would spoil the rates of its neighbours.
+    trusted = np.where((np.array(status) == SOLVED)[:, None], attitude, np.nan)
+    rate = sample_rates(samples.t, trusted)
     return DirectAttitudes(samples.t, attitude, sigma, rate, mismatch, spread, seen, status, reason, found)
 
 

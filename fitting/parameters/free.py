@@ -6,7 +6,7 @@ of its prior sigma, those that move the satellite in front. Both kinds are padde
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -152,10 +152,6 @@ class FreeParameters:
         return found
 
 
-AnyParameters = Parametrization | FreeParameters
-"""What solvers take: names, bounds and a `tree` for the compiled programs."""
-
-
 def free_parameters(
     model: Model,
     leaves: tuple[Leaf, ...],
@@ -215,7 +211,7 @@ def _gauge(name: str, leaves: tuple[Leaf, ...]) -> Gauge:
     return Gauge(name, own, tuple(k for k, leaf in enumerate(leaves) if leaf.place == beside))
 
 
-AnyParameters = Parametrization | FreeParameters
-"""What is free in a fit, of the one kind of model or the other."""
-AnyTree = Parametrization | FreeLeaves
+AnyParameters: TypeAlias = Parametrization | FreeParameters
+"""What solvers take: names, bounds and a `tree` for the compiled programs, of the one kind of model or the other."""
+AnyTree: TypeAlias = Parametrization | FreeLeaves
 """What a compiled program takes of it."""

@@ -20,7 +20,7 @@ FEWEST = 8
 
 def body_directions(directions: Directions, motion: Motion) -> np.ndarray:
     """[samples 3] where a sensor should see its direction, by the motion."""
-    turns = Rotation.from_quat(np.asarray(motion.quaternion)[: len(directions.inertial)], scalar_first=True)
+    turns = Rotation.from_quat(np.array(motion.quaternion)[: len(directions.inertial)], scalar_first=True)
     return turns.inv().apply(directions.inertial)
 
 
@@ -44,7 +44,7 @@ def with_turns(
             if good.sum() < FEWEST:
                 continue
             apart, _ = Rotation.align_vectors(due[good], seen[good])
-            nominal = Rotation.from_rotvec(np.asarray(array_at(problem.model, place), float))
+            nominal = Rotation.from_rotvec(np.array(array_at(problem.model, place), float))
             values[numbers] = (apart * nominal).as_rotvec()
     turned = starts.x[:1].copy()
     turned[:, -len(parameters.columns) :] = parameters.shifts(values)

@@ -17,7 +17,8 @@ def triad(
 ) -> Float[Array, "4"]:
     """Attitude that carries the first direction exactly and the second into the half-plane of its own (Black 1964).
 
-    The vectors need not be units. Finite but without meaning where two of one frame are parallel.
+    The vectors need not be units. Finite but without meaning where two of one frame are parallel. Batch with
+    `jax.vmap`.
     """
     return quaternion.from_dcm(_axes(first_eci, second_eci) @ _axes(first_body, second_body).T)
 

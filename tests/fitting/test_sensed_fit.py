@@ -13,12 +13,20 @@ from fitting.sensed_run import chosen_leaves, fit_table
 from fitting.sensed_settings import SensedSettings
 from fitting.solvers.chunk import solve_chunk
 from jaxsat.errors import InputError
-from jaxsat.satellites import read_satellite
-from jaxsat.telemetry import read_telemetry
+from jaxsat.satellites import Satellite, read_satellite
+from jaxsat.telemetry import TableSession, read_telemetry
 
 pytestmark = pytest.mark.slow
 
 SEED = 3
+
+
+def read(satellite_file, table):
+    satellite = read_satellite(satellite_file)
+    assert isinstance(satellite, Satellite)
+    session = read_telemetry(table, satellite)
+    assert isinstance(session, TableSession)
+    return satellite, session
 
 
 class Twin:
@@ -26,8 +34,7 @@ class Twin:
 
     def __init__(self, folder):
         self.table = write_session(draw("1u-coils", SEED, 0.5), folder)
-        self.satellite = read_satellite(self.table.with_suffix(".sat.toml"))
-        self.session = read_telemetry(self.table, self.satellite)
+        self.satellite, self.session = read(self.table.with_suffix(".sat.toml"), self.table)
         self.truth = json.loads(self.table.with_suffix(".truth.json").read_text())
         self.fit = fit_table(self.satellite, self.session, SensedSettings(holdout=0.3, starts=16))
         self.result = self.fit.result
@@ -117,8 +124,7 @@ def test_unknown_axes_are_found(twin, tmp_path):
     (tmp_path / "sat.toml").write_text(text)
     tle = twin.table.with_suffix(".tle")
     (tmp_path / tle.name).write_text(tle.read_text())
-    satellite = read_satellite(tmp_path / "sat.toml")
-    found = fit_table(satellite, read_telemetry(table, satellite), SensedSettings(holdout=0.3, starts=8)).result
+    found = fit_table(*read(tmp_path / "sat.toml", table), SensedSettings(holdout=0.3, starts=8)).result
     assert found.axes == {"mag": ["+z", "-x", "-y"]} and found.status == "converged"
 
 

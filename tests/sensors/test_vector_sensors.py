@@ -246,3 +246,12 @@ def test_a_magnetometer_needs_light_where_its_stray_field_does():
     with pytest.raises(ValueError, match="View.light is None"):
         BY_FACES(dark)
     assert np.all(np.isfinite(PLAIN(dark)))
+
+
+def test_a_magnetometer_of_scale_zero_has_directions_all_the_same():
+    # As at the bound of a fit: nothing is known of that axis, and nothing may fail.
+    sensor = Magnetometer(scale=(1.0, 0.0, 1.0))
+    found = sensor.direct(np.array([[3e-5, 1e-5, -2e-5]]), 1e-7)
+    assert found is not None
+    expected = np.array([3.0, 0.0, -2.0]) / np.sqrt(13.0)
+    np.testing.assert_allclose(found[0][0], expected, atol=1e-12)

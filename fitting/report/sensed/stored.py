@@ -60,7 +60,7 @@ def _channel(name: str, fit: dict, table: dict[str, np.ndarray]) -> ChannelFit:
     held = held if held and "rms" in held else None
     breaks = [b for each in fit["breaks"] if each["channel"] == name for b in each["breaks"]]
     shown = delay["from"] == "residuals"
-    arrays = {
+    arrays: dict[str, Any] = {
         part: np.column_stack([values for key, values in table.items() if key.startswith(f"{part}_")])
         for part in ("measured", "modelled", "residual", "promised")
     }

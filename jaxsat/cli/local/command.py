@@ -11,8 +11,6 @@ from jaxsat.bundled import BUNDLED
 from jaxsat.cli.shared.folders import default_folder
 from jaxsat.cli.shared.options import Arc, ConfigFile, Drop
 
-FILES = ("attitude.csv", "currents.csv", "currents.png", "attitude.png", "local.json")
-"""Of both kinds: none of an earlier run stands beside a new one."""
 Method = Literal["field-roll", "five-parameter", "sun-field"]
 PROGRAM = {"field-roll": "OrbfiGraf", "five-parameter": "OptLoc", "sun-field": "OrSB"}
 
@@ -139,7 +137,7 @@ def local(
         print(f"jaxsat: {notice}", file=sys.stderr)
     from fitting.local.methods import FIELD_SIGMA_UT, SUN_SIGMA_DEG, local_samples, solve
     from fitting.session import prepare_session
-    from jaxsat.cli.local.files import local_summary, write_local
+    from jaxsat.cli.local.files import FILES, local_summary, write_local
     from jaxsat.cli.shared.terminal import show
     from jaxsat.files.staging import staged_directory
     from jaxsat.telemetry import read_telemetry

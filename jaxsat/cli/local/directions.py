@@ -27,8 +27,8 @@ def local_directions(
     notice = set_up_jax()
     if notice:
         print(f"jaxsat: {notice}", file=sys.stderr)
-    from jaxsat.cli.local.command import FILES
     from jaxsat.cli.local.direction_files import write_directions
+    from jaxsat.cli.local.files import FILES
     from jaxsat.cli.shared.terminal import show
     from jaxsat.files.staging import staged_directory
     from jaxsat.satellites import Satellite, read_satellite

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from jaxsat.time import Epoch
 
 SCHEMA = "jaxsat.local/1"
+FILES = ("attitude.csv", "currents.csv", "currents.png", "attitude.png", "local.json")
+"""Of a directory, with `--satellite` or without: none of an earlier run stands beside a new one."""
 CONVENTION = "a_ij: component i in inertial axes (equatorial of date) of body axis j; inertial vector = a body vector"
 ATTITUDE_COLUMNS = {
     "t_s": "seconds since the epoch",

@@ -49,7 +49,7 @@ class Channel:
     witness: bool = False
     """Whether it is not fitted, but asked afterwards whether it agrees."""
     loss: str | None = None
-    """What may be wrong with a sample: `normal` (nothing), `student` (tails), `mixture` (anything); None: as the fit."""
+    """What may be wrong with a sample: `normal`, `student` or `mixture`; None: as the fit has it."""
 
     @staticmethod
     def of(name: str, settings: ChannelSettings, t_s: np.ndarray, values: np.ndarray) -> "Channel":

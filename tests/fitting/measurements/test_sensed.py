@@ -9,8 +9,8 @@ from fitting.measurements.assembly import Samples, build_sensed, groups_of, usab
 from fitting.outcome.looking import look
 from fitting.parameters.free import free_parameters
 from fitting.sensed_run import surroundings
-from jaxsat.satellites import read_satellite
-from jaxsat.telemetry import read_telemetry
+from jaxsat.satellites import Satellite, read_satellite
+from jaxsat.telemetry import TableSession, read_telemetry
 
 pytestmark = pytest.mark.slow
 
@@ -106,7 +106,9 @@ class Case:
             lines.append(",".join([str(7 * k), *mag, *gyro, *sun, *star, f"{0.01 * (k // 4):.3f}"]))
         (folder / "table.csv").write_text("\n".join(lines) + "\n")
         satellite = read_satellite(folder / "sat.toml")
+        assert isinstance(satellite, Satellite)
         session = read_telemetry(folder / "table.csv", satellite)
+        assert isinstance(session, TableSession)
         self.samples = Samples.of(session.channels, session.epoch, session.columns)
         free = [leaf.name for leaf in satellite.leaves if leaf.sigma is not None]
         self.parameters = free_parameters(satellite.model, satellite.leaves, free)

@@ -1,6 +1,7 @@
 """Breaks and late stamps in residuals that are made by hand."""
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from fitting.outcome.breaks import find_breaks, stamp_delay
 
@@ -21,7 +22,8 @@ def test_noise_has_no_break():
 def test_a_turn_and_a_bias_are_found_at_their_time():
     turn, bias, begin = np.radians([3.0, -8.0, 4.0]), np.array([0.5, 0.0, -1.0]), 250
     changed = residual(1)
-    changed[begin:] += (np.cross(turn, FIELD[begin:]) + bias) / SIGMA
+    turned = Rotation.from_rotvec(turn).apply(FIELD[begin:])
+    changed[begin:] += (turned - FIELD[begin:] + bias) / SIGMA
     (found,) = find_breaks(T, changed, FIELD, SIGMA, 1.0)
     assert abs(found.t_s - T[begin]) <= 15.0
     assert abs(found.turn_deg - np.degrees(np.linalg.norm(turn))) < 0.3
