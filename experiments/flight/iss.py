@@ -110,12 +110,14 @@ def _turn(fit) -> Rotation:
 
 def _calibrated(fit):
     """The model with all numbers as they were fitted."""
+    import jax.numpy as jnp
+
     from jaxsat.satellites.model import with_values
 
     leaves = fit.satellite.leaves
     scale = {leaf.name: leaf.to_unit for leaf in leaves}
     values = np.array([p.value / scale[p.name] for p in fit.result.parameters])
-    return with_values(fit.satellite.model, [leaf.spot for leaf in leaves], values)
+    return with_values(fit.satellite.model, [leaf.spot for leaf in leaves], jnp.asarray(values))
 
 
 if __name__ == "__main__":

@@ -65,6 +65,7 @@ def main() -> None:
     jaxsat.set_up_jax()
     from fitting.sensed_run import fit_table
     from fitting.sensed_settings import SensedSettings
+    from jaxsat.satellites import Satellite
 
     with tempfile.TemporaryDirectory() as folder:
         if arguments.data is None:
@@ -74,6 +75,7 @@ def main() -> None:
 
         def fit(changed=None, **settings):
             satellite = jaxsat.read_satellite(HERE / "opssat.sat.toml", changed=changed)
+            assert isinstance(satellite, Satellite)
             session = jaxsat.read_telemetry(tables, satellite)
             # Errors of an attitude that is estimated on board have long tails.
             return fit_table(satellite, session, SensedSettings(likelihood="student", **settings))

@@ -43,7 +43,7 @@ def with_turns(
             good = np.isfinite(seen).all(axis=1)
             if good.sum() < FEWEST:
                 continue
-            apart, _ = Rotation.align_vectors(due[good], seen[good])
+            apart = Rotation.align_vectors(due[good], seen[good])[0]
             nominal = Rotation.from_rotvec(np.array(array_at(problem.model, place), float))
             values[numbers] = (apart * nominal).as_rotvec()
     turned = starts.x[:1].copy()
