@@ -163,7 +163,10 @@ def fly(satellite, data: Path, out: Path, each: Pass) -> Flown:
     cells = fit.result.channels["cells"]
     full_sun = each.in_full_sun(cells.t_s)
     nominal = float(np.asarray(satellite.model.sensors["cells"].max_current)) * 1e3
-    early, later = (Agreement.of(cells.measured[part], cells.modelled[part], nominal) for part in (full_sun, ~full_sun))
+    empty = full_sun & (battery_mv(tables[1]) < EMPTY_MV)
+    early, hungry, later = (
+        Agreement.of(cells.measured[part], cells.modelled[part], nominal) for part in (full_sun, empty, ~full_sun)
+    )
     others = tuple(
         found.correlation
         for currents in _other_currents(fit)
