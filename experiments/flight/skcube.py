@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from experiments.flight.asked import Figure, told, write_figures
-from experiments.flight.skcube_files import PASSES, Pass, write_tables
+from experiments.flight.skcube_files import EMPTY_MV, PASSES, Pass, battery_mv, write_tables
 from experiments.flight.skcube_orbit import behind
 from experiments.flight.skcube_picture import draw_skcube
 
@@ -86,6 +86,8 @@ class Flown:
     full_sun: np.ndarray
     """[frames] bool: while the battery takes all."""
     early: Agreement | None
+    empty: Agreement | None
+    """Of those of them with an empty battery."""
     later: Agreement | None
     others: tuple[float, ...]
     """Correlation in full Sun by each other motion that the search ended at, best first."""
@@ -154,19 +156,23 @@ def fly(satellite, data: Path, out: Path, each: Pass) -> Flown:
     from fitting.sensed_run import fit_table
     from fitting.sensed_settings import SensedSettings
 
-    session = jaxsat.read_telemetry(list(write_tables(data, out / "tables" / each.name, each)), satellite)
+    tables = write_tables(data, out / "tables" / each.name, each)
+    session = jaxsat.read_telemetry(list(tables), satellite)
     fit = fit_table(satellite, session, SensedSettings(max_rate_deg_s=MAX_RATE_DEG_S))
     fit.write(out / each.name)
     cells = fit.result.channels["cells"]
     full_sun = each.in_full_sun(cells.t_s)
     nominal = float(np.asarray(satellite.model.sensors["cells"].max_current)) * 1e3
-    early, later = (Agreement.of(cells.measured[part], cells.modelled[part], nominal) for part in (full_sun, ~full_sun))
+    empty = full_sun & (battery_mv(tables[1]) < EMPTY_MV)
+    early, hungry, later = (
+        Agreement.of(cells.measured[part], cells.modelled[part], nominal) for part in (full_sun, empty, ~full_sun)
+    )
     others = tuple(
         found.correlation
         for currents in _other_currents(fit)
         if (found := Agreement.of(cells.measured[full_sun], currents[full_sun], nominal)) is not None
     )
-    return Flown(each, fit, full_sun, early, later, others)
+    return Flown(each, fit, full_sun, early, hungry, later, others)
 
 
 def _other_currents(fit) -> list[np.ndarray]:
@@ -187,7 +193,7 @@ def _other_currents(fit) -> list[np.ndarray]:
 def _figures(each: Flown) -> list[Figure]:
     found, name = [], each.flown.name
     first = each.flown is PASSES[0]
-    for what, agreement in (("full Sun", each.early), ("later", each.later)):
+    for what, agreement in (("full Sun", each.early), ("battery empty", each.empty), ("later", each.later)):
         if agreement is None:
             continue
         wanted = first and what == "full Sun"
@@ -216,6 +222,7 @@ def _told(each: Flown) -> dict:
         "attitude_sigma_deg": float(np.median(np.linalg.norm(result.attitude_sigma_deg, axis=1))),
         "rate_deg_s": np.degrees(np.linalg.norm(result.angular_velocity_rad_s, axis=1)).tolist(),
         "full_sun": None if each.early is None else vars(each.early),
+        "battery_empty": None if each.empty is None else vars(each.empty),
         "later": None if each.later is None else vars(each.later),
         "correlation_of_other_motions": each.others,
     }

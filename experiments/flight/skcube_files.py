@@ -19,6 +19,8 @@ BRIGHT, WIDEST_DEG = 0.75, 50
 CURRENTS = ("iXp", "iXm", "iYp", "iYm", "iZp", "iZm")
 COSINE_S = 200.0
 """So long after the first frame behind the shadow the battery takes all that the panels give."""
+EMPTY_MV = 3500.0
+"""Below it the battery takes all for certain; in the second evening pass 3567 mV halve the currents."""
 KEPT = (
     *(f"sun{face}_{what}" for face in FULL for what in ("x", "y", "irr")),
     *("gx", "gy", "gz", "m2x", "m2y", "m2z"),
@@ -60,6 +62,12 @@ def write_tables(data: Path, folder: Path, each: Pass) -> tuple[Path, Path]:
     _write(adcs, ["t_rx", "mode", *KEPT], frames)
     _write(power, ["t_rx", *CURRENTS, "uBatA"], _of(data / POWER, each))
     return adcs, power
+
+
+def battery_mv(power: Path) -> np.ndarray:
+    """[frames] of a written table of a pass."""
+    with power.open(encoding="utf-8", newline="") as stream:
+        return np.array([float(row["uBatA"]) for row in csv.DictReader(stream)])
 
 
 def _of(path: Path, each: Pass) -> list[dict[str, str]]:

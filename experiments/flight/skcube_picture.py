@@ -13,7 +13,7 @@ def draw_skcube(path: Path, flown) -> None:
     """Writes the PNG of the passes: currents over time, and measured over predicted ones in full Sun."""
     title = "skCUBE: currents that no fit has seen"
     figure = new_figure(
-        9.0, 2.6 * len(flown) + 0.8, title, "lines: from the Sun sensors; dots: measured; shaded: full Sun"
+        9.0, 2.6 * len(flown) + 0.8, title, "lines: by all other sensors; dots: measured; shaded: full Sun"
     )
     rows = figure.subplots(len(flown), 2, squeeze=False, gridspec_kw={"width_ratios": [3.0, 1.0]})
     figure.subplots_adjust(left=0.07, right=0.98, top=1.0 - 0.9 / (2.6 * len(flown) + 0.8), bottom=0.07, hspace=0.45)
