@@ -33,6 +33,8 @@ def test_a_turn_and_a_bias_are_found_at_their_time():
 def test_late_stamps_show_in_residuals():
     late = 2.0
     rate = np.gradient(FIELD, T, axis=0)
-    delay, sigma = stamp_delay(T, residual() - late * rate / SIGMA, FIELD, SIGMA)
+    found = stamp_delay(T, residual() - late * rate / SIGMA, FIELD, SIGMA)
+    assert found is not None
+    delay, sigma = found
     assert abs(delay - late) < 3.0 * sigma and sigma < 0.3
     assert stamp_delay(T, residual(), np.ones_like(FIELD), SIGMA) is None
