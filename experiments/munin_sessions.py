@@ -183,7 +183,9 @@ def run(session: str, free: str, bounds: dict) -> dict:
     satellite = read_satellite(changed=changed)
     session_read = read_telemetry(path, satellite)
     began = time.perf_counter()
-    result = fitting.fit(satellite, session_read, free=words).result
+    found = fitting.fit(satellite, session_read, free=words)
+    assert isinstance(found, fitting.SessionFit)
+    result = found.result
     seconds = time.perf_counter() - began
 
     index = [int(np.argmin(np.abs(np.array(truth["t"]) - t))) for t in result.t_s]

@@ -5,7 +5,6 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, overload
 
 import jax
 
@@ -101,14 +100,6 @@ class SessionFit:
             witness=self.witness,
             remarks=self.remarks,
         )
-
-
-@overload
-def fit(satellite: SatelliteNumbers, session: Session | TableSession, **options: Any) -> SessionFit: ...
-
-
-@overload
-def fit(satellite: Satellite, session: Session | TableSession, **options: Any) -> SensedFit: ...
 
 
 def fit(

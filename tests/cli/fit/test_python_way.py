@@ -41,6 +41,7 @@ def test_python_writes_what_the_command_writes(given, tmp_path):
     satellite = jaxsat.read_satellite()
     session = jaxsat.read_telemetry(BUNDLED, satellite)
     result = fitting.fit(satellite, session, free="alsI0,albedo")
+    assert isinstance(result, fitting.SessionFit)
     (warning,) = result.write(tmp_path / "python")
     assert warning.startswith("parameters.imax.sigma is not a finite number")
     assert run(["fit", "--free", "alsI0,albedo", "--out", str(tmp_path / "command")]) == 0

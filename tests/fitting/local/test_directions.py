@@ -10,7 +10,9 @@ from fitting.starts.sights import carried
 def test_rates_of_a_steady_spin_with_gaps():
     t = np.array([0.0, 2.0, 4.0, 6.0, 30.0, 32.0, 34.0, 50.0])
     rate = np.radians([3.0, -8.0, 5.0])
-    attitude = (Rotation.random(random_state=1) * Rotation.from_rotvec(t[:, None] * rate)).as_quat(scalar_first=True)
+    attitude = (Rotation.random(rng=np.random.default_rng(1)) * Rotation.from_rotvec(t[:, None] * rate)).as_quat(
+        scalar_first=True
+    )
     attitude[2] = np.nan
     found = sample_rates(t, attitude)
     # Nothing near 50 s; at 2 s the neighbour after it is at 6 s, two usual intervals on.
