@@ -77,7 +77,7 @@ class SensedFit:
     def motion(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Attitudes [time 4], inertial from body, and rates [time 3, rad/s] at rising `times` [s] after the epoch.
 
-        Raises ValueError for times before the first sample.
+        Raises ValueError for times before the first sample, and beyond a minute after the last one: there is no orbit.
         """
         seen = self._looked(times)
         return seen.quaternion, seen.angular_velocity
@@ -85,7 +85,7 @@ class SensedFit:
     def predict(self, channel: str, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Noise-free readings of a channel at rising `times` [s] in its unit, and their 1-sigma without noise.
 
-        Raises ValueError for times before the first sample, KeyError for an unknown channel.
+        Raises ValueError for times as `motion` does, KeyError for an unknown channel.
         """
         measured, groups = self.found.samples.channels[channel], self.found.minima[0].problem.groups
         own = next(columns for group, columns in zip(groups, columns_of(groups), strict=True) if group.name == channel)
@@ -99,6 +99,7 @@ class SensedFit:
         times = np.asarray(times, float)
         if not (np.all(np.diff(times) > 0.0) and times[0] >= old.t[0]):
             raise ValueError(f"times must rise from {old.t[0]:g} s, the first sample, on")
+        self.around.orbit.check_span(times)
         ahead = int(times[0] > old.t[0])
         t = np.concatenate([old.t[:ahead], times])
         # In the shape of the session, where they have room in it: the program is there already.

@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from jaxsat.telemetry import TableSession, read_telemetry
 pytestmark = pytest.mark.slow
 
 SEED = 3
+README = Path(__file__).parents[2] / "README.md"
 
 
 def read(satellite_file, table):
@@ -104,6 +106,8 @@ def test_motion_and_readings_at_other_times(twin):
     assert np.all(sigma > 0.0) and np.all(sigma < channel.sigma)
     with pytest.raises(ValueError, match="first sample"):
         twin.fit.motion(np.array([-5.0]))
+    with pytest.raises(ValueError, match="1700"):
+        twin.fit.motion(np.array([1700.0]))
     assert twin.fit.covariance.shape == (len(twin.fit.names),) * 2
 
 
@@ -134,6 +138,17 @@ def test_what_is_free_by_name(twin):
     assert chosen_leaves(leaves, ["sun.gain.+x", "albedo.diffuse"]) == ("albedo.diffuse", "sun.gain.+x")
     with pytest.raises(InputError, match="did you mean mag.bias"):
         chosen_leaves(leaves, ["mag.biass"])
+
+
+def test_the_lines_of_python_in_the_readme_run(twin, tmp_path, monkeypatch, capsys):
+    (example,) = re.findall(r"^```python\n(.*?)^```", README.read_text("utf-8"), flags=re.DOTALL | re.MULTILINE)
+    tle = twin.table.with_suffix(".tle")
+    for path, name in ((twin.table, "pass.csv"), (twin.table.with_suffix(".sat.toml"), "sat.toml"), (tle, tle.name)):
+        (tmp_path / name).write_text(path.read_text())
+    monkeypatch.chdir(tmp_path)
+    exec(compile(example, "README.md", "exec"), {"__name__": "__main__"})
+    assert capsys.readouterr().out.startswith("predicts one motion explains the data")
+    assert (tmp_path / "pass-fit" / "report.html").is_file()
 
 
 def test_written_as_by_the_command(twin, tmp_path):

@@ -5,15 +5,10 @@ import json
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from twin_files import MODULE, OWN, PHOTODIODES, SATELLITE
+from twin_files import MODULE, OWN, SATELLITE
 
-from fitting.sensed_run import fit_table
-from fitting.sensed_settings import SensedSettings
 from jaxsat.cli.main import run
 from jaxsat.files.units import parsed_unit
-from jaxsat.satellites import Satellite, read_satellite
-from jaxsat.synthetic.sensed import TwinSettings, make_twin, write_twin
-from jaxsat.telemetry import TableSession, read_telemetry
 
 pytestmark = pytest.mark.slow
 
@@ -36,29 +31,6 @@ def apart_deg(t_s, q, document):
     places = np.searchsorted(document["t"], np.asarray(t_s) - 1e-6)
     true = Rotation.from_quat(np.array(document["q"])[places], scalar_first=True)
     return np.degrees((Rotation.from_quat(np.asarray(q), scalar_first=True).inv() * true).magnitude())
-
-
-def test_truth_is_found_again(tmp_path):
-    (tmp_path / "small.sat.toml").write_text(SATELLITE + PHOTODIODES)
-    satellite = read_satellite(tmp_path / "small.sat.toml")
-    assert isinstance(satellite, Satellite)
-    settings = TwinSettings(duration_s=595.0, every_s=5.0, seed=11)
-    write_twin(tmp_path, make_twin(satellite, settings), plots=False)
-    session = read_telemetry(tmp_path / "small.csv", satellite)
-    assert isinstance(session, TableSession)
-    result = fit_table(satellite, session, SensedSettings(holdout=0.25)).result
-    document = json.loads((tmp_path / "small.truth.json").read_text())
-    assert (result.status, result.verdict) == ("converged", "predicts") and len(result.t_s) == 120
-    free = {each.name: (each.value, each.sigma, each.unit) for each in result.parameters if each.free}
-    found = off(free, document["parameters"])
-    wanted = {"inertia.xx", "inertia.yz", "magnet.x", "mag.bias.y", "gyro.bias.z", "sun.gain.+x", "sun.gain.-z"}
-    assert wanted <= found.keys()
-    assert max(map(abs, found.values())) < SIGMAS, found
-    # Three numbers of an attitude: one angle in a million is beyond 5.5 of the largest of their sigmas.
-    apart = apart_deg(result.t_s, result.quaternion_inertial_from_body, document)
-    assert np.all(apart < 5.5 * result.attitude_sigma_deg.max(axis=1))
-    # Nor are the numbers sure because nothing is said of them.
-    assert np.median(result.attitude_sigma_deg[result.fitted]) < 0.3
 
 
 def test_a_sensor_of_five_lines_goes_all_the_way(tmp_path, capsys):
