@@ -74,7 +74,7 @@ class SensedFit:
     def _unknowns(self):
         return zip(self.found.parameters.names, self.found.parameters.everything, strict=True)
 
-    def motion(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def motion(self, times: np.ndarray | Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
         """Attitudes [time 4], inertial from body, and rates [time 3, rad/s] at rising `times` [s] after the epoch.
 
         Raises ValueError for times before the first sample, and beyond a minute after the last one: there is no orbit.
@@ -82,7 +82,7 @@ class SensedFit:
         seen = self._looked(times)
         return seen.quaternion, seen.angular_velocity
 
-    def predict(self, channel: str, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def predict(self, channel: str, times: np.ndarray | Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
         """Noise-free readings of a channel at rising `times` [s] in its unit, and their 1-sigma without noise.
 
         Raises ValueError for times as `motion` does, KeyError for an unknown channel.
@@ -93,7 +93,7 @@ class SensedFit:
         spread = np.sqrt(np.maximum(seen.promised[:, own] ** 2 - 1.0, 0.0)) * measured.sigma
         return seen.readings[channel] * measured.to_unit, spread * measured.to_unit
 
-    def _looked(self, times: np.ndarray) -> Look:
+    def _looked(self, times: np.ndarray | Sequence[float]) -> Look:
         """The best minimum at other times."""
         old, best = self.found.samples, self.found.minima[0]
         times = np.asarray(times, float)
