@@ -11,7 +11,8 @@ from jaxsat.cli.fit.sensed_text import sensed_summary
 
 def shown(result, *, colours=False) -> str:
     stream = io.StringIO()
-    Console(file=stream, width=100, force_terminal=colours).print(
+    # Colours are asked for in so many words: NO_COLOR of whoever runs the tests would else take them away.
+    Console(file=stream, width=100, force_terminal=colours, no_color=not colours).print(
         sensed_summary(result, "pass", make_session().rejections)
     )
     return stream.getvalue()
