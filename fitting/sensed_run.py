@@ -10,8 +10,8 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from fitting.identify import Identified, Search, identify
-from fitting.measurements.assembly import Samples, build_sensed
+from fitting.identify import Identified, identify
+from fitting.measurements.assembly import Samples, build_sensed, channels_within
 from fitting.measurements.given import is_told
 from fitting.measurements.groups import columns_of
 from fitting.measurements.sky import Around
@@ -45,7 +45,6 @@ class SensedFit:
     session: TableSession
     satellite: Satellite
     settings: SensedSettings
-
     around: Around
 
     @property
@@ -185,11 +184,7 @@ def fit_table(
     free = chosen_leaves(leaves, settings.free, satellite.aliases)
     if settings.free is None:
         free = tuple(leaf.name for leaf in leaves if leaf.name in free and not _of_witness(leaf, session))
-    channels = {name: channel for name, channel in session.channels.items() if np.isfinite(channel.values).any()}
-    if settings.arc_s is not None:
-        channels = {name: _within(channel, settings.arc_s) for name, channel in channels.items()}
-    if not channels:
-        raise InputError("no channel of the satellite file has a reading in the table", file=session.paths[0])
+    channels = channels_within(session, settings.arc_s)
     around = surroundings(satellite, session)
     given = motion_for(satellite, session, around.orbit)
     remarks = ()
@@ -202,13 +197,6 @@ def fit_table(
     )
     parameters = free_parameters(model, leaves, free, free_motion=kind == "free", held=satellite.held)
     begin, end = float(samples.t[0]), float(samples.t[-1])
-    search = Search(
-        starts=settings.starts,
-        seed=settings.seed,
-        max_rate=float(np.radians(settings.max_rate_deg_s)),
-        longest_step=settings.step_s,
-        likelihood=settings.likelihood,
-    )
     fitted = [name for name, channel in channels.items() if not channel.witness]
     if not fitted:
         raise InputError("no channel that is fitted has a reading in the table", file=session.paths[0])
@@ -220,7 +208,7 @@ def fit_table(
             model,
             around,
             parameters,
-            search,
+            settings,
             unknown_axes=unknown,
             fit_until=end - settings.holdout * (end - begin),
             delayed=delayed,
@@ -263,11 +251,6 @@ def _of_witness(leaf: Leaf, session: TableSession) -> bool:
         channel.witness and leaf.place.startswith((f"sensors.{name}.", f"delays.{name}"))
         for name, channel in session.channels.items()
     )
-
-
-def _within(channel, arc_s):
-    inside = (channel.t_s >= arc_s[0]) & (channel.t_s <= arc_s[1])
-    return replace(channel, t_s=channel.t_s[inside], values=channel.values[inside])
 
 
 def _where_told(channels, given, session):

@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fitting.local.solutions import SOLVED, UNDETERMINED, UNSOLVED
-from fitting.measurements.assembly import Samples, build_sensed
+from fitting.measurements.assembly import Samples, build_sensed, channels_within
 from fitting.measurements.sensed import SensedProblem
 from fitting.measurements.sky import Around
 from fitting.starts.conventions import Convention, conventions, with_axes
 from fitting.starts.ladder import finite_turn_rates
 from fitting.starts.sights import LONGEST_GAP, MODEL_ERROR, Directions, Sights, carried, known_directions
-from jaxsat.errors import InputError
+from jaxsat.math.on_host import angles_between
 from jaxsat.satellites import Satellite
-from jaxsat.telemetry import Channel, TableSession
+from jaxsat.telemetry import TableSession
 
 INCONSISTENT = "inconsistent"
 """Two directions are further apart or nearer than they can be: a wrong reading, axes, a bias, or stamps."""
@@ -65,25 +65,17 @@ def direct_attitudes(
     then grows by what a curved path would add. Where the axes of a sensor are unknown, those are taken under which
     angles between directions and rates agree best. Raises `InputError` where there is no reading.
     """
-    channels = {name: each for name, each in session.channels.items() if np.isfinite(each.values).any()}
     model = satellite.model
-    channels = {name: _measured(each, float(np.asarray(model.delays[name])), arc_s) for name, each in channels.items()}
-    channels = {name: each for name, each in channels.items() if each.t_s.size}
-    if not channels:
-        within = "" if arc_s is None else f" from {arc_s[0]:g} to {arc_s[1]:g} s"
-        raise InputError(f"no channel of the satellite file has a reading{within}", file=session.paths[0])
+    # Instants of measurement in place of stamps.
+    channels = {
+        name: replace(each, t_s=each.t_s - float(np.asarray(model.delays[name])))
+        for name, each in channels_within(session, arc_s).items()
+    }
     samples = Samples.of(channels, session.epoch, dict(session.columns))
     problem = build_sensed(samples, model, around, delayed=(), max_step=LONGEST_STEP, room_for=LONGEST_STEP)
     unknown = {name: each for name, each in satellite.conventions.items() if name in channels}
     found = conventions(problem, samples, unknown)
     return _solved(with_axes(problem, found[0]), samples, tuple(found))
-
-
-def _measured(channel: Channel, delay: float, arc_s: tuple[float, float] | None) -> Channel:
-    inside = np.ones(len(channel.t_s), bool)
-    if arc_s is not None:
-        inside = (channel.t_s >= arc_s[0]) & (channel.t_s <= arc_s[1])
-    return replace(channel, t_s=channel.t_s[inside] - delay, values=channel.values[inside])
 
 
 def _solved(problem: SensedProblem, samples: Samples, found: tuple[Convention, ...]) -> DirectAttitudes:
@@ -151,7 +143,7 @@ def _carried_sigma(vectors: np.ndarray, sigma: np.ndarray) -> np.ndarray:
         return sigma
     place = np.clip(np.searchsorted(good, np.arange(len(sigma)), side="right") - 1, 0, len(good) - 2)
     left, right = good[place], good[place + 1]
-    bent = _angles(vectors[left], vectors[right]) ** 2 / 8.0
+    bent = angles_between(vectors[left], vectors[right]) ** 2 / 8.0
     return np.where(np.isfinite(sigma), sigma, np.hypot(np.maximum(sigma[left], sigma[right]), bent))
 
 
@@ -159,7 +151,7 @@ def _mismatch(directions: Mapping[str, Directions], n: int) -> tuple[np.ndarray,
     """[samples] the worst mismatch of a pair of directions, in its sigmas, and that sigma [rad]."""
     worst, spread = np.full(n, np.nan), np.full(n, np.nan)
     for a, b in itertools.combinations(directions.values(), 2):
-        off = _angles(a.body, b.body) - _angles(a.inertial, b.inertial)
+        off = angles_between(a.body, b.body) - angles_between(a.inertial, b.inertial)
         sigma = np.sqrt(a.sigma**2 + b.sigma**2 + 2.0 * MODEL_ERROR**2)
         with np.errstate(invalid="ignore"):
             worse = np.isfinite(off) & ~(np.abs(off) / sigma <= np.abs(worst) / spread)
@@ -192,7 +184,3 @@ def sample_rates(t: np.ndarray, attitude: np.ndarray) -> np.ndarray:
 def status_counts(found: DirectAttitudes) -> dict[tuple[str, str], int]:
     """Samples by status and reason, most frequent first."""
     return dict(Counter(zip(found.status, found.reason, strict=True)).most_common())
-
-
-def _angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ni,ni->n", a, b))

@@ -14,10 +14,11 @@ from fitting.measurements.groups import Group, Groups, over_columns
 from fitting.measurements.sensed import SensedProblem
 from fitting.measurements.sky import Around, nodes_at, sky_at
 from jaxsat.environment import Commands, sun_directions
+from jaxsat.errors import InputError
 from jaxsat.integrators import StepGrid
 from jaxsat.satellites.model import Model
 from jaxsat.sensors import Panels
-from jaxsat.telemetry import Channel
+from jaxsat.telemetry import Channel, TableSession
 from jaxsat.time import Epoch
 from jaxsat.torques.commanded import commanded_columns
 
@@ -61,6 +62,21 @@ class Samples:
         """The samples from number `first` on."""
         values = {name: rows[first:] for name, rows in self.values.items()}
         return Samples(self.t[first:], values, self.channels, self.epoch, self.columns, self.given)
+
+
+def channels_within(session: TableSession, arc_s: tuple[float, float] | None) -> dict[str, Channel]:
+    """Channels with a reading, of the samples in an arc [s] alone; raises `InputError` where there is none."""
+    found = {}
+    for name, channel in session.channels.items():
+        inside = np.ones(len(channel.t_s), bool)
+        if arc_s is not None:
+            inside = (channel.t_s >= arc_s[0]) & (channel.t_s <= arc_s[1])
+        if np.isfinite(channel.values[inside]).any():
+            found[name] = replace(channel, t_s=channel.t_s[inside], values=channel.values[inside])
+    if not found:
+        within = "" if arc_s is None else f" from {arc_s[0]:g} to {arc_s[1]:g} s"
+        raise InputError(f"no channel of the satellite file has a reading{within}", file=session.paths[0])
+    return found
 
 
 def groups_of(model: Model, samples: Samples) -> Groups:
