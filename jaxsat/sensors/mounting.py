@@ -1,10 +1,16 @@
 """How a sensor sits in its satellite: by a small turn of its axes, and by the directions that its columns read."""
 
+from abc import abstractmethod
+
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, PRNGKeyArray
 
-from jaxsat.math import quaternion
+from jaxsat.math import float_array, quaternion
+from jaxsat.sensors.abstract import AbstractSensor
+from jaxsat.sensors.noise import Size, unit_noise
+from jaxsat.sensors.view import View
 
 NO_TURN = (0.0, 0.0, 0.0)
 BODY_AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -60,3 +66,32 @@ def vectors_of(
     if np.linalg.matrix_rank(rows) < 3:
         return None
     return np.asarray(readings, float) @ np.linalg.pinv(rows).T
+
+
+class AbstractUnitVector(AbstractSensor):
+    """Unit vector to something known, in the sensor's axes."""
+
+    turn: Float[Array, "3"] = eqx.field(converter=float_array, default=NO_TURN)
+    """Rotation vector of the sensor's axes from those of the body [rad]."""
+    axes: Float[Array, "channels 3"] = eqx.field(converter=float_array, default=BODY_AXES)
+    """Row k is the direction that column k reads."""
+
+    @abstractmethod
+    def target(self, view: View) -> Float[Array, "3"]:
+        """The unit vector, body axes."""
+
+    def __call__(self, view: View) -> Float[Array, " channels"]:
+        return columns_of(self.axes, in_sensor(self.turn, self.target(view)))
+
+    def noisy(self, reading: Float[Array, " channels"], sigma: Size, key: PRNGKeyArray) -> Float[Array, " channels"]:
+        """A unit vector again."""
+        return unit_noise(reading, sigma, key)
+
+    def direct(
+        self, readings: Float[np.ndarray, "n channels"], sigma: float
+    ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]] | None:
+        """Directions of it, NaN where the reading is no unit vector (`unit_readings`)."""
+        read = vectors_of(readings, self.axes)
+        if read is None:
+            return None
+        return directions_of(unit_readings(read, sigma) @ body_from_sensor(self.turn).T, sigma)

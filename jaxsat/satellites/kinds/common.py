@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from jaxsat.files.units import parsed_unit
-from jaxsat.satellites.sections.fitted import Direction, Triple, plain, to_direction
+from jaxsat.satellites.sections.fitted import Direction, Fitted, Triple, plain, to_direction
 from jaxsat.setting_types import Section
 
 if TYPE_CHECKING:
@@ -88,6 +88,14 @@ class TurnedKeys(SensorKeys):
 
         leaves.add(f"{name}.turn", f"sensors.{name}.turn", self.turn, XYZ, unit="rad", loose=0.2)
         return {"turn": as_array(self.turn, 3), "axes": axes_matrix(self.axes)}
+
+
+def largest_reading(name: str, place: str, given: Fitted, unit: str, leaves: "LeafList") -> float:
+    """`imax` of a sensor, SI; adds its leaf."""
+    factor = parsed_unit(unit).factor
+    most = given.value * factor
+    leaves.add(f"{name}.imax", place, given, unit=unit, factor=factor, loose=0.3 * most, lower=0.0)
+    return most
 
 
 def _of_quantity(*quantities: str):

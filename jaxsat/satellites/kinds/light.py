@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from jaxsat.files.units import parsed_unit
-from jaxsat.satellites.kinds.common import CurrentUnit, Normals, SensorKeys
+from jaxsat.satellites.kinds.common import CurrentUnit, Normals, SensorKeys, largest_reading
 from jaxsat.satellites.sections.fitted import Fitted, PositiveScalar, Scalar, UnitText, panel_names, plain
 from jaxsat.setting_types import NonNegative, Section
 
@@ -152,17 +152,7 @@ class PanelKeys(_TiltedFaces):
     def built(self, name: str, leaves: "LeafList") -> "AbstractSensor":
         from jaxsat.sensors import Panels
 
-        unit = parsed_unit(self.unit)
-        most = self.imax.value * unit.factor
-        leaves.add(
-            f"{name}.imax",
-            f"sensors.{name}.max_current",
-            self.imax,
-            unit=self.unit,
-            factor=unit.factor,
-            loose=0.3 * most,
-            lower=0.0,
-        )
+        most = largest_reading(name, f"sensors.{name}.max_current", self.imax, self.unit, leaves)
         gain = self.add_gains(name, leaves)
         return Panels(
             normals=np.array(self.normals),

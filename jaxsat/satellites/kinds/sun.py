@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from jaxsat.files.units import parsed_unit
-from jaxsat.satellites.kinds.common import TurnedKeys
+from jaxsat.satellites.kinds.common import TurnedKeys, largest_reading
 from jaxsat.satellites.sections.fitted import PositiveScalar, UnitText, plain
 
 if TYPE_CHECKING:
@@ -67,18 +67,9 @@ class PyramidKeys(TurnedKeys):
     def built(self, name: str, leaves: "LeafList") -> "AbstractSensor":
         from jaxsat.sensors import PyramidSensor, PyramidSunSensor
 
-        unit, degree = parsed_unit(self.unit), math.radians(1.0)
+        degree = math.radians(1.0)
         turned, here = self.turned(name, leaves), f"sensors.{name}.instrument"
-        most = self.imax.value * unit.factor
-        leaves.add(
-            f"{name}.imax",
-            f"{here}.max_current",
-            self.imax,
-            unit=self.unit,
-            factor=unit.factor,
-            loose=0.3 * most,
-            lower=0.0,
-        )
+        most = largest_reading(name, f"{here}.max_current", self.imax, self.unit, leaves)
         angles = {}
         for key in ("face_angle", "cutoff_angle", "hood_angle"):
             given = getattr(self, f"{key}_deg")
