@@ -39,10 +39,9 @@ def main() -> None:
     jaxsat.set_up_jax()
     from fitting.sensed_run import fit_table
     from fitting.sensed_settings import SensedSettings
-    from jaxsat.satellites import Satellite
+    from jaxsat.satellites import read_sensed
 
-    satellite = jaxsat.read_satellite(HERE / "iss.sat.toml")
-    assert isinstance(satellite, Satellite)
+    satellite = read_sensed(HERE / "iss.sat.toml")
     session = jaxsat.read_telemetry(EXCERPT if arguments.data is None else arguments.data / FULL, satellite)
     end = session.span_s[1]
 

@@ -108,10 +108,9 @@ def main() -> None:
     import jaxsat
 
     jaxsat.set_up_jax()
-    from jaxsat.satellites import Satellite
+    from jaxsat.satellites import read_sensed
 
-    satellite = jaxsat.read_satellite(SATELLITE)
-    assert isinstance(satellite, Satellite)
+    satellite = read_sensed(SATELLITE)
     flown = [fly(satellite, arguments.data, arguments.out, each) for each in PASSES]
     evenings = [each.begin for each in PASSES if each.after_shadow]
     late = behind(arguments.data, satellite.orbit.tle, evenings)

@@ -2,4 +2,5 @@
 
 from jaxsat.satellites.numbers import SatelliteNumbers as SatelliteNumbers
 from jaxsat.satellites.reading import read_satellite as read_satellite
+from jaxsat.satellites.reading import read_sensed as read_sensed
 from jaxsat.satellites.satellite import Satellite as Satellite

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import overload
 
+from jaxsat.errors import InputError
 from jaxsat.files.toml_files import read_toml, validated, with_values
 from jaxsat.satellites.numbers import SatelliteNumbers
 from jaxsat.satellites.satellite import Satellite, describes_sensors, satellite_of
@@ -29,3 +30,12 @@ def read_satellite(
     if path is not None and describes_sensors(data):
         return satellite_of(data, Path(path))
     return validated(SatelliteNumbers, data, path)
+
+
+def read_sensed(path: str | Path) -> Satellite:
+    """Returns the satellite of a file that tells its sensors; raises `InputError` as `read_satellite`, or for none."""
+    found = read_satellite(path)
+    if not isinstance(found, Satellite):
+        reason = "has no [sensors]; a table is read by those of its satellite file (`jaxsat init` prints a template)"
+        raise InputError(reason, file=path)
+    return found

@@ -5,8 +5,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from jaxsat.errors import InputError
-
 if TYPE_CHECKING:
     from jaxsat.telemetry.checks import SessionCheck
 
@@ -36,13 +34,11 @@ def check(
     from jaxsat.cli.shared.terminal import show
     from jaxsat.files.json_files import plain, write_json
     from jaxsat.files.staging import staged_directory
-    from jaxsat.satellites import Satellite, read_satellite
+    from jaxsat.satellites import read_sensed
     from jaxsat.telemetry import read_telemetry
     from jaxsat.telemetry.checks import check_session
 
-    found = read_satellite(satellite)
-    if not isinstance(found, Satellite):
-        raise InputError("has no [sensors]; a table is read by those of its satellite file", file=satellite)
+    found = read_sensed(satellite)
     checked = check_session(found, read_telemetry(files, found))
     if out is not None:
         with staged_directory(out, FILES) as stage:

@@ -42,11 +42,9 @@ class Outcome:
 
 def load_numerics(began: float) -> float:
     """Imports what a fit needs, sets JAX up and returns the seconds since `began`."""
-    from jaxsat.numerics import set_up_jax
+    from jaxsat.cli.shared.start import start_jax
 
-    notice = set_up_jax()
-    if notice:
-        print(f"jaxsat: {notice}", file=sys.stderr)
+    start_jax()
     import fitting.run  # noqa: F401
 
     return time.perf_counter() - began

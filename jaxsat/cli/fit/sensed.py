@@ -9,26 +9,19 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from jaxsat.cli.fit.one import CONVERGED, NOT_CONVERGED
-from jaxsat.errors import InputError
 
 
 def fit_sensed(
     files: list[Path], satellite: Path, out: Path, given: Mapping[str, object], began: float, *, plots: bool
 ) -> int:
     """Fits the session and returns the exit status; `given` are `SensedSettings`. Raises `InputError`."""
-    # What is wrong with the files comes before JAX is there, at once.
-    from jaxsat.numerics import set_up_jax
-    from jaxsat.satellites import read_satellite
-    from jaxsat.satellites.satellite import Satellite
+    from jaxsat.cli.shared.start import start_jax
+    from jaxsat.satellites import read_sensed
 
-    notice = set_up_jax()
-    if notice:
-        print(f"jaxsat: {notice}", file=sys.stderr)
-    craft = read_satellite(satellite)
-    if not isinstance(craft, Satellite):
-        raise InputError(
-            "expected sections [body], [sensors] and [channels]; `jaxsat init` prints a template", file=satellite
-        )
+    start_jax()
+    # A wrong satellite file is told before the seconds that the imports of a fit take.
+    craft = read_sensed(satellite)
+    from fitting.report.sensed.files import owned_files
     from fitting.sensed_run import fit_table
     from fitting.sensed_settings import SensedSettings
     from jaxsat.cli.fit.progress import StageProgress
@@ -39,8 +32,6 @@ def fit_sensed(
 
     imported = time.perf_counter() - began
     session = read_telemetry(files, craft)
-    from fitting.report.sensed.files import owned_files
-
     with staged_directory(out, owned_files(out, session.channels)) as stage:
         if plots:
             # Importing matplotlib costs half a second; the solver leaves one core to Python.

@@ -130,11 +130,9 @@ def local(
     if file is None:
         print(f"jaxsat: no file given: taking the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
 
-    from jaxsat.numerics import set_up_jax
+    from jaxsat.cli.shared.start import start_jax
 
-    notice = set_up_jax()
-    if notice:
-        print(f"jaxsat: {notice}", file=sys.stderr)
+    start_jax()
     from fitting.local.methods import FIELD_SIGMA_UT, SUN_SIGMA_DEG, local_samples, solve
     from fitting.session import prepare_session
     from jaxsat.cli.local.files import FILES, local_summary, write_local

@@ -1,6 +1,5 @@
 """`jaxsat local --satellite`: attitudes of any satellite by the directions that its sensors see at once."""
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,21 +21,17 @@ def local_directions(
     file: Path, satellite: Path, out: Path, *, arc_s: tuple[float, float] | None, began: float, plots: bool
 ) -> int:
     """Solves the table, writes the files and returns the exit status. Raises `InputError`."""
-    from jaxsat.numerics import set_up_jax
+    from jaxsat.cli.shared.start import start_jax
 
-    notice = set_up_jax()
-    if notice:
-        print(f"jaxsat: {notice}", file=sys.stderr)
+    start_jax()
     from jaxsat.cli.local.direction_files import write_directions
     from jaxsat.cli.local.files import FILES
     from jaxsat.cli.shared.terminal import show
     from jaxsat.files.staging import staged_directory
-    from jaxsat.satellites import Satellite, read_satellite
+    from jaxsat.satellites import read_sensed
     from jaxsat.telemetry import read_telemetry
 
-    craft = read_satellite(satellite)
-    if not isinstance(craft, Satellite):
-        raise InputError("has no [sensors]; a table is read by those of its satellite file", file=satellite)
+    craft = read_sensed(satellite)
     if not any(sensor.sees not in (None, "rate") for sensor in craft.model.sensors.values()):
         raise InputError("has no sensor that sees a direction or stars by itself", file=satellite, field="sensors")
     with staged_directory(out, FILES) as stage:

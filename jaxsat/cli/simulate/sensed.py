@@ -21,12 +21,9 @@ def simulate_sensed(
     from jaxsat.numerics import set_up_jax
 
     set_up_jax()
-    from jaxsat.satellites import Satellite, read_satellite
+    from jaxsat.satellites import read_sensed
 
-    craft = read_satellite(satellite)
-    if not isinstance(craft, Satellite):
-        reason = "expected sections [body], [sensors] and [channels]; `jaxsat init` prints a template"
-        raise InputError(reason, file=satellite)
+    craft = read_sensed(satellite)
     from jaxsat.cli.shared.terminal import show
     from jaxsat.cli.simulate.text import twin_summary
     from jaxsat.files.staging import staged_directory
