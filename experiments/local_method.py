@@ -108,7 +108,7 @@ def session_samples(session: str):
 
 def errors_deg(solutions, truth) -> np.ndarray:
     """[samples found] rotation from the true attitudes."""
-    from fitting.local.solutions import angle_between_attitudes
+    from jaxsat.math.on_host import angle_between_attitudes
 
     return np.degrees(angle_between_attitudes(solutions.quaternion, np.array(truth["q"])[:, None]))
 

@@ -26,7 +26,6 @@ def main() -> None:
 
     from fitting.measurements.abstract import RATE_UNIT
     from fitting.measurements.observations import build_problem
-    from fitting.measurements.problem import predict
     from fitting.parameters.nominal import nominal_model
     from fitting.parameters.parametrization import parametrization
     from fitting.session import prepare_session
@@ -59,7 +58,7 @@ def main() -> None:
     x = np.zeros(len(parameters.names))
     x[3:6] = np.array(truth["cfg"]["w0"]) / RATE_UNIT
     everything = np.asarray(len(problem.grid.step) // BLOCK)
-    prediction, jacobian = jax.jit(lambda x, q: predict(problem, parameters, x, q, everything))(
+    prediction, jacobian = jax.jit(lambda x, q: problem.predict(parameters, x, q, everything))(
         x, np.array(truth["cfg"]["q0"])
     )
     count = len(samples.t)

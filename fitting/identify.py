@@ -7,13 +7,13 @@ import numpy as np
 
 from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.assembly import Samples, build_sensed, usable
-from fitting.measurements.groups import of_groups
 from fitting.measurements.sensed import SensedProblem
 from fitting.measurements.sky import Around
 from fitting.parameters.free import INERTIA_PLACE, FreeParameters
+from fitting.sensed_settings import SensedSettings
 from fitting.solvers.refine import Refined, candidates, refine
 from fitting.starts.carry import carried_back
-from fitting.starts.conventions import Convention, conventions, with_axes
+from fitting.starts.conventions import MOST, Convention, conventions, with_axes
 from fitting.starts.ladder import directed_samples, first_guesses, telling_samples
 from fitting.starts.mounting import with_turns
 from fitting.starts.multi_start import HOPELESS, Progress, Stage, advance, compile_solvers, distinct
@@ -21,6 +21,7 @@ from fitting.starts.sights import Sights, sights_of
 from fitting.starts.stretches import longest_stretch
 from jaxsat.errors import InputError
 from jaxsat.integrators import RK4, step_for
+from jaxsat.math.on_host import angles_between
 from jaxsat.satellites.model import Model
 
 COARSE_TOLERANCE, FINE_TOLERANCE = 4e-2, 2e-4
@@ -30,21 +31,6 @@ FIRST_ARC, ARC_GROWTH = 7, 1.57
 KEEP = (48, 32, 24, 16, 12, 8)
 """Starts that enter the second, third, ... arc; half of them of each convention where several are tried."""
 ROBUST_SCALE = 5.0
-SURE_RATE = np.radians(1.5)
-"""Radius of the ball of rates where nothing else is known [rad/s]."""
-
-
-@dataclass(frozen=True)
-class Search:
-    """What a blind search may spend."""
-
-    starts: int = 64
-    seed: int = 0
-    max_rate: float = SURE_RATE
-    """[rad/s]"""
-    longest_step: float = 32.0
-    """[s]"""
-    likelihood: str = "mixture"
 
 
 @dataclass(frozen=True)
@@ -75,7 +61,7 @@ def identify(
     model: Model,
     around: Around,
     parameters: FreeParameters,
-    search: Search,
+    settings: SensedSettings,
     *,
     unknown_axes: dict[str, str],
     fit_until: float,
@@ -95,11 +81,11 @@ def identify(
     whole_span = max(float(np.ptp(samples.t)), 1.0)
     build = {"whole": samples, "delayed": delayed}
     # The sky first, on the coarsest grid: sights need no motion.
-    first = build_sensed(samples, model, around, max_step=search.longest_step, room_for=search.longest_step, **build)
+    first = build_sensed(samples, model, around, max_step=settings.step_s, room_for=settings.step_s, **build)
     found = conventions(first, samples, unknown_axes)
     sights = sights_of(with_axes(first, found[0]), samples)
-    fastest = max(_seen_rate(sights), search.max_rate)
-    step = min(search.longest_step, step_for(RK4, fastest, span, COARSE_TOLERANCE))
+    fastest = max(_seen_rate(sights), float(np.radians(settings.max_rate_deg_s)))
+    step = min(settings.step_s, step_for(RK4, fastest, span, COARSE_TOLERANCE))
     finest = min(step, step_for(RK4, 1.3 * fastest + 1e-3, whole_span, FINE_TOLERANCE))
     telling = telling_samples(sights)
     telling = telling[telling < fitted]
@@ -119,14 +105,14 @@ def identify(
     use = usable(coarse, part)
     use[fitted - begin :] = 0.0
     if samples.given is None:
-        runs = [_Run(each, with_axes(coarse, each), part, fastest, search, parameters) for each in found]
+        runs = [_Run(each, with_axes(coarse, each), part, fastest, settings, parameters) for each in found]
         seen = directed_samples(sights)
         _grow(runs, seen[(seen >= begin) & (seen < fitted)] - begin, fitted - begin - 1, parameters, use, progress)
     else:
-        runs = [_Run(each, with_axes(coarse, each), part, fastest, search, parameters, count=1) for each in found[:8]]
+        runs = [_Run(each, with_axes(coarse, each), part, fastest, settings, parameters, count=1) for each in found[:8]]
         for run in runs:
             run.starts = with_turns(run.starts, run.problem, part, parameters, fitted - begin)
-    fine_step = _fine_step(runs, search, whole_span)
+    fine_step = _fine_step(runs, settings.step_s, whole_span)
     fine = build_sensed(samples, model, around, max_step=max(min(step, fine_step), finest), room_for=finest, **build)
     weight = usable(fine, samples)
     weight[fitted:] = 0.0
@@ -137,7 +123,7 @@ def identify(
         if begin > 0:
             starts = carried_back(starts, parameters, samples, begin, problem.model, around, fine_step)
         if len(starts.cost):
-            refined = refine(problem, parameters, starts, weight, likelihood=search.likelihood, progress=progress)
+            refined = refine(problem, parameters, starts, weight, likelihood=settings.likelihood, progress=progress)
             minima.append(Minimum(run.convention, problem, refined))
     if not minima:
         raise InputError("no start survives: the nominal satellite or the noise is out of all range")
@@ -149,11 +135,11 @@ def identify(
 class _Run:
     """The search under one convention of axes."""
 
-    def __init__(self, convention, problem, samples, fastest, search, parameters, count=None):
+    def __init__(self, convention, problem, samples, fastest, settings, parameters, count=None):
         self.convention, self.problem = convention, problem
         sights = sights_of(problem, samples)
-        rng = np.random.default_rng(search.seed)
-        guesses = first_guesses(sights, 0, count or search.starts, fastest, rng)
+        rng = np.random.default_rng(settings.seed)
+        guesses = first_guesses(sights, 0, count or settings.starts, fastest, rng)
         self.starts = guesses.starts(len(parameters.everything))
 
 
@@ -177,7 +163,7 @@ def _grow(runs: list[_Run], seen: np.ndarray, last: int, parameters: FreeParamet
                 run.starts = run.starts.take(np.flatnonzero(run.starts.cost <= limit))
             runs[:] = [run for run in runs if len(run.starts.cost)]
             # The longer the arc, the fewer conventions can be meant.
-            del runs[max(24 >> number, 3) :]
+            del runs[max(MOST >> number, 3) :]
     # Nothing that the fine grid or a sample left out changes halves the cost of a wrong convention alone.
     runs[:] = [run for run in runs if run.starts.cost[0] <= 2.0 * runs[0].starts.cost[0] + 50.0]
     progress("growing arcs", len(stages), len(stages))
@@ -213,22 +199,13 @@ def _seen_rate(sights: Sights) -> float:
     for directions in sights.directions:
         good = np.flatnonzero(np.isfinite(directions.body).all(axis=1))
         if len(good) > 3:
-            body = directions.body[good]
-            angle = np.arctan2(
-                np.linalg.norm(np.cross(body[1:], body[:-1]), axis=1), np.einsum("ni,ni->n", body[1:], body[:-1])
-            )
+            angle = angles_between(directions.body[good[1:]], directions.body[good[:-1]])
             # A direction that turns with the body at less than its whole rate: the axis may lie near it.
             fastest = max(fastest, 1.3 * float(np.quantile(angle / np.diff(sights.t[good]), 0.8)))
     return fastest
 
 
-def _fine_step(runs: list[_Run], search: Search, span: float) -> float:
+def _fine_step(runs: list[_Run], longest: float, span: float) -> float:
     """Steps of the last rounds, by the spin of the survivors."""
     spins = [RATE_UNIT * np.linalg.norm(run.starts.x[candidates(run.starts.cost), 3:6], axis=1).max() for run in runs]
-    return min(search.longest_step, step_for(RK4, 1.3 * float(max(spins)) + 1e-3, span, FINE_TOLERANCE))
-
-
-def left_out(minimum: Minimum, fitted: int) -> np.ndarray:
-    """[samples groups] readings that the best motion of a minimum left out, of those that were fitted."""
-    known = of_groups(np.asarray(minimum.problem.known, float), minimum.problem.groups) > 0
-    return (minimum.refined.limited[0] & known)[:fitted]
+    return min(longest, step_for(RK4, 1.3 * float(max(spins)) + 1e-3, span, FINE_TOLERANCE))

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from jaxsat.math.on_host import angle_between_attitudes
+
 SOLVED, AMBIGUOUS, UNDETERMINED, UNSOLVED = "solved", "ambiguous", "undetermined", "unsolved"
 STATUSES = (SOLVED, AMBIGUOUS, UNDETERMINED, UNSOLVED)
 CHI2_APART = 4.0
@@ -39,11 +41,6 @@ class LocalSolutions:
     def count(self) -> np.ndarray:
         """[samples] number of solutions."""
         return np.sum(np.isfinite(self.rms), axis=1)
-
-
-def angle_between_attitudes(p: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """[...] angle of the rotation from one attitude [... 4] to the other [rad], to 1e-8 rad."""
-    return 2.0 * np.arccos(np.clip(np.abs(np.sum(p * q, axis=-1)), 0.0, 1.0))
 
 
 def body_x(quaternion: np.ndarray) -> np.ndarray:

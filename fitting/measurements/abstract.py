@@ -5,11 +5,17 @@ from collections.abc import Callable
 from typing import Any
 
 import equinox as eqx
+import jax
+import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool, Float, Int, PyTree
 
 from fitting.measurements.groups import Groups
-from jaxsat.integrators import StepGrid
+from jaxsat.integrators import BLOCK, StepGrid
+from jaxsat.math import quaternion
+
+Visit = Callable[[Any, tuple[Array, Array], Array], Any]
+"""visit(carry, (residual, jacobian), begin) -> carry, of a block of samples of which the first is number `begin`."""
 
 PAD_SAMPLES = 16
 PAD_STEPS = 64
@@ -61,7 +67,7 @@ class AbstractProblem(eqx.Module):
         reference: Float[Array, "4"],
         blocks: Int[Array | np.ndarray, ""],
         *,
-        visit: Callable[[Any, tuple[Array, Array], Array], Any],
+        visit: Visit,
         carry: Any,
     ) -> tuple[Prediction, Any]:
         """Residuals of one start about the attitude `reference` at the grid's start; what `visit` makes of the rest.
@@ -70,3 +76,55 @@ class AbstractProblem(eqx.Module):
         arc, the first of them number `begin`; the Jacobian [block channels unknowns] is exact and never there as a
         whole. `blocks` of steps are taken.
         """
+
+    def predict(
+        self,
+        parameters: Any,
+        x: Float[Array, " unknowns"],
+        reference: Float[Array, "4"],
+        blocks: Int[Array | np.ndarray, ""],
+    ) -> tuple[Prediction, Float[Array, "samples channels unknowns"]]:
+        """Residuals of one start as in `predict_blocks`, and their whole Jacobian."""
+
+        def store(jacobian, new, begin):
+            return jax.lax.dynamic_update_slice_in_dim(jacobian, new[1], begin, axis=0)
+
+        blank = jnp.zeros((self.valid.shape[0], self.channels, x.shape[0]), dtype=x.dtype)
+        return self.predict_blocks(parameters, x, reference, blocks, visit=store, carry=blank)
+
+    def over_arc(
+        self,
+        whitened: Callable[..., tuple[Array, Array]],
+        inputs: PyTree,
+        blocks: Int[Array | np.ndarray, ""],
+        visit: Visit,
+        carry: Any,
+    ) -> tuple[Float[Array, "samples channels"], Any]:
+        """Residuals of the arc's samples, block by block, and the `carry` that went through `visit`.
+
+        `whitened(*part)` gives residuals and Jacobian of a block, `part` being those of `inputs` that belong to it.
+        Samples after the arc are left alone: on the first, short arcs the sensors would cost more than the motion.
+        """
+
+        def sample_block(number, carry):
+            residual, carry = carry
+            begin = number * PAD_SAMPLES
+            part = jax.tree.map(
+                lambda leaf: jax.lax.dynamic_slice_in_dim(jnp.asarray(leaf), begin, PAD_SAMPLES), inputs
+            )
+            new = whitened(*part)
+            residual = jax.lax.dynamic_update_slice_in_dim(residual, new[0], begin, axis=0)
+            return residual, visit(carry, new, begin)
+
+        samples = jnp.sum(jnp.asarray(self.grid.sample_index) <= blocks * BLOCK)
+        count = (samples + PAD_SAMPLES - 1) // PAD_SAMPLES
+        blank = jnp.zeros((self.valid.shape[0], self.channels))
+        return jax.lax.fori_loop(0, count, sample_block, (blank, carry))
+
+
+def small_turns(
+    q: Float[Array, "samples 4"], tangents: Float[Array, "samples 4 unknowns"]
+) -> Float[Array, "samples 3 unknowns"]:
+    """The rotation r in body axes that each unit tangent q' = q (0, r/2) of attitudes stands for."""
+    product = jax.vmap(lambda p: quaternion.multiply(quaternion.conjugate(q), p), in_axes=-1, out_axes=-1)
+    return 2.0 * product(tangents)[:, 1:]

@@ -1,6 +1,5 @@
 """The data of one fit: tables, measurements and weights, padded so that like files share a compiled program."""
 
-from collections.abc import Callable
 from typing import Any
 
 import equinox as eqx
@@ -9,14 +8,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from fitting.measurements.abstract import PAD_SAMPLES, RATE_UNIT, AbstractProblem, Prediction
+from fitting.measurements.abstract import RATE_UNIT, AbstractProblem, Prediction, Visit, small_turns
 from fitting.measurements.groups import Group, Groups
 from fitting.measurements.limb import LimbAngles, limb_residuals
 from fitting.parameters.names import DYNAMIC, STATE, TILTS
 from fitting.parameters.parametrization import Parametrization, build_model
 from jaxsat.dynamics import AttitudeState
 from jaxsat.environment import LightTable, OrbitTable
-from jaxsat.integrators import BLOCK, StepGrid
+from jaxsat.integrators import StepGrid
 from jaxsat.math import quaternion
 from jaxsat.sensors.solar_panels import Albedo, panel_currents
 from jaxsat.simulate import Trajectory, simulate_on_grid
@@ -60,8 +59,38 @@ class Problem(AbstractProblem):
         """[samples] whether the sample is outside the computed shadow, on the host."""
         return np.asarray(self.light.illumination) > 0.5
 
-    def predict_blocks(self, parameters, x, reference, blocks, *, visit, carry):
-        return predict_blocks(self, parameters, x, reference, blocks, visit=visit, carry=carry)
+    def predict_blocks(
+        self,
+        parameters: Parametrization,
+        x: Float[Array, " unknowns"],
+        reference: Float[Array, "4"],
+        blocks: Int[Array | np.ndarray, ""],
+        *,
+        visit: Visit,
+        carry: Any,
+    ) -> tuple[Prediction, Any]:
+        """As in `AbstractProblem`.
+
+        Only the state and the dynamic parameters are carried through the integration in forward mode; the sensor's own
+        parameters and the attitude at each sample enter by the chain rule.
+        """
+        model = _linear(parameters, x[len(STATE) :])
+        moving, fixed = jnp.split(x, [len(STATE) + model.moving])
+        trajectory, rotation = _motion(self, model, moving, reference, blocks)
+        q, limb = trajectory.quaternion, self.limb
+        sighted = None if limb is None else (self.orbit.position_eci[jnp.asarray(self.grid.sample_node)], limb.measured)
+        inputs = (q, self.light, self.measured, rotation, sighted)
+        residual, carry = self.over_arc(
+            lambda *part: _whitened(self, model, fixed, *part), inputs, blocks, visit, carry
+        )
+        padding = jnp.zeros((*rotation.shape[:2], fixed.shape[0]), dtype=rotation.dtype)
+        prediction = Prediction(
+            residual=residual,
+            quaternion=q,
+            angular_velocity=trajectory.angular_velocity,
+            rotation_jacobian=jnp.concatenate([rotation, padding], axis=-1),
+        )
+        return prediction, carry
 
 
 class _Linear(eqx.Module):
@@ -128,10 +157,7 @@ def _motion(
         return trajectory.quaternion, trajectory
 
     tangents, trajectory = jax.jacfwd(motion, has_aux=True)(moving)
-    q = trajectory.quaternion
-    # q' = q (0, r/2): the rotation r in body axes that each unit tangent of q stands for.
-    product = jax.vmap(lambda p: quaternion.multiply(quaternion.conjugate(q), p), in_axes=-1, out_axes=-1)
-    return trajectory, 2.0 * product(tangents)[:, 1:]
+    return trajectory, small_turns(trajectory.quaternion, tangents)
 
 
 def _currents(
@@ -146,53 +172,6 @@ def _currents(
 
     slopes, modelled = jax.jacfwd(currents, argnums=(0, 1), has_aux=True)(jnp.zeros(3, dtype=q.dtype), fixed)
     return modelled, *slopes
-
-
-def predict_blocks(
-    problem: Problem,
-    parameters: Parametrization,
-    x: Float[Array, " unknowns"],
-    reference: Float[Array, "4"],
-    blocks: Int[Array | np.ndarray, ""],
-    *,
-    visit: Callable[[Any, tuple[Array, Array], Array], Any],
-    carry: Any,
-) -> tuple[Prediction, Any]:
-    """As `AbstractProblem.predict_blocks` says.
-
-    Only the state and the dynamic parameters are carried through the integration in forward mode; the sensor's own
-    parameters and the attitude at each sample enter by the chain rule.
-    """
-    model = _linear(parameters, x[len(STATE) :])
-    moving, fixed = jnp.split(x, [len(STATE) + model.moving])
-    trajectory, rotation = _motion(problem, model, moving, reference, blocks)
-    q, limb = trajectory.quaternion, problem.limb
-    sighted = (
-        None if limb is None else (problem.orbit.position_eci[jnp.asarray(problem.grid.sample_node)], limb.measured)
-    )
-    inputs = (q, problem.light, problem.measured, rotation, sighted)
-
-    def sample_block(number, carry):
-        residual, carry = carry
-        begin = number * PAD_SAMPLES
-        part = jax.tree.map(lambda leaf: jax.lax.dynamic_slice_in_dim(jnp.asarray(leaf), begin, PAD_SAMPLES), inputs)
-        new = _whitened(problem, model, fixed, *part)
-        residual = jax.lax.dynamic_update_slice_in_dim(residual, new[0], begin, axis=0)
-        return residual, visit(carry, new, begin)
-
-    # Only the arc's samples: on the first, short arcs the sensor would cost more than the motion.
-    samples = jnp.sum(jnp.asarray(problem.grid.sample_index) <= blocks * BLOCK)
-    count = (samples + PAD_SAMPLES - 1) // PAD_SAMPLES
-    blank = jnp.zeros((len(problem.measured), problem.channels), dtype=x.dtype)
-    residual, carry = jax.lax.fori_loop(0, count, sample_block, (blank, carry))
-    padding = jnp.zeros((*rotation.shape[:2], fixed.shape[0]), dtype=rotation.dtype)
-    prediction = Prediction(
-        residual=residual,
-        quaternion=q,
-        angular_velocity=trajectory.angular_velocity,
-        rotation_jacobian=jnp.concatenate([rotation, padding], axis=-1),
-    )
-    return prediction, carry
 
 
 def _whitened(
@@ -214,19 +193,3 @@ def _whitened(
     off, by_turn = limb_residuals(problem.limb, q, *sighted)
     more = (off, jnp.pad(by_turn @ rotation, ((0, 0), (0, 0), (0, fixed.shape[0]))))
     return jax.tree.map(lambda currents, angles: jnp.concatenate([currents, angles], axis=1), new, more)
-
-
-def predict(
-    problem: Problem,
-    parameters: Parametrization,
-    x: Float[Array, " unknowns"],
-    reference: Float[Array, "4"],
-    blocks: Int[Array | np.ndarray, ""],
-) -> tuple[Prediction, Float[Array, "samples channels unknowns"]]:
-    """Residuals of one start as in `predict_blocks`, and their whole Jacobian."""
-
-    def store(jacobian, new, begin):
-        return jax.lax.dynamic_update_slice_in_dim(jacobian, new[1], begin, axis=0)
-
-    blank = jnp.zeros((len(problem.measured), problem.channels, x.shape[0]), dtype=x.dtype)
-    return predict_blocks(problem, parameters, x, reference, blocks, visit=store, carry=blank)

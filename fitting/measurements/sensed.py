@@ -9,14 +9,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from fitting.measurements.abstract import PAD_SAMPLES, RATE_UNIT, AbstractProblem, Prediction
+from fitting.measurements.abstract import RATE_UNIT, AbstractProblem, Prediction, Visit, small_turns
 from fitting.measurements.groups import Groups
 from fitting.measurements.sky import Sky
 from fitting.parameters.free import FreeLeaves
 from fitting.parameters.names import STATE
 from jaxsat.dynamics import AttitudeState, derivative, rigid_body
 from jaxsat.environment import OrbitTable
-from jaxsat.integrators import BLOCK, StepGrid
+from jaxsat.integrators import StepGrid
 from jaxsat.math import quaternion
 from jaxsat.satellites.model import Model, with_values
 from jaxsat.simulate import simulate_on_grid
@@ -66,6 +66,21 @@ class SensedProblem(AbstractProblem):
     def telling(self) -> np.ndarray:
         return np.asarray(self.bright)
 
+    def readings(
+        self,
+        model: Model,
+        sky: Sky,
+        attitude: Float[Array, "4"],
+        rate: Float[Array, "3"],
+        acceleration: Float[Array, "3"],
+    ) -> dict[str, Array]:
+        """Noise-free readings of every sensor at one sample, late stamps minded, SI."""
+        found = {}
+        for group in self.of_sensors:
+            late = jnp.asarray(model.delays[group.name]) if group.name in self.delayed else None
+            found[group.name] = model.sensors[group.name](sky.view(attitude, rate, acceleration, model.albedo, late))
+        return found
+
     def predict_blocks(
         self,
         parameters: FreeLeaves,
@@ -73,28 +88,15 @@ class SensedProblem(AbstractProblem):
         reference: Float[Array, "4"],
         blocks: Int[Array | np.ndarray, ""],
         *,
-        visit: Any,
+        visit: Visit,
         carry: Any,
     ) -> tuple[Prediction, Any]:
         linear = _linear(parameters, x[len(STATE) :])
         moving, seeing = jnp.split(x, [len(STATE) + parameters.moving])
         motion, slopes = _motion(self, linear, moving, reference, blocks)
         inputs = (motion, slopes, self.sky, self.measured, self.known)
-
-        def sample_block(number, carry):
-            residual, carry = carry
-            begin = number * PAD_SAMPLES
-            part = jax.tree.map(
-                lambda leaf: jax.lax.dynamic_slice_in_dim(jnp.asarray(leaf), begin, PAD_SAMPLES), inputs
-            )
-            new = jax.vmap(lambda *sample: _whitened(self, linear, seeing, *sample))(*part)
-            residual = jax.lax.dynamic_update_slice_in_dim(residual, new[0], begin, axis=0)
-            return residual, visit(carry, new, begin)
-
-        samples = jnp.sum(jnp.asarray(self.grid.sample_index) <= blocks * BLOCK)
-        count = (samples + PAD_SAMPLES - 1) // PAD_SAMPLES
-        blank = jnp.zeros((self.valid.shape[0], self.channels), dtype=x.dtype)
-        residual, carry = jax.lax.fori_loop(0, count, sample_block, (blank, carry))
+        whitened = jax.vmap(lambda *sample: _whitened(self, linear, seeing, *sample))
+        residual, carry = self.over_arc(whitened, inputs, blocks, visit, carry)
         turns = slopes[:, 0]
         padding = jnp.zeros((*turns.shape[:2], seeing.shape[0]), dtype=x.dtype)
         return Prediction(
@@ -175,10 +177,8 @@ def _motion(
         return found, found
 
     slopes, found = jax.jacfwd(motion, has_aux=True)(moving)
-    q = jnp.asarray(found.quaternion)
-    # q' = q (0, r/2): the rotation r in body axes that each unit tangent of q stands for.
-    product = jax.vmap(lambda p: quaternion.multiply(quaternion.conjugate(q), p), in_axes=-1, out_axes=-1)
-    kinds = [2.0 * product(slopes.quaternion)[:, 1:], slopes.angular_velocity, slopes.acceleration]
+    turns = small_turns(jnp.asarray(found.quaternion), slopes.quaternion)
+    kinds = [turns, slopes.angular_velocity, slopes.acceleration]
     return found, jnp.stack(kinds if late else kinds[:2], axis=1)
 
 
@@ -200,12 +200,8 @@ def _whitened(
         attitude = quaternion.multiply(jnp.asarray(motion.quaternion), quaternion.from_rotation_vector(turn))
         acceleration = jnp.asarray(motion.acceleration)
         acceleration = acceleration + more[0] if more else acceleration
-        found = []
-        for group in problem.of_sensors:
-            late = jnp.asarray(model.delays[group.name]) if group.name in problem.delayed else None
-            view = sky.view(attitude, motion.angular_velocity + spin, acceleration, model.albedo, late)
-            sensor = model.sensors[group.name]
-            found.append(sensor.difference(sensor(view), measured[group.name]))
+        modelled = problem.readings(model, sky, attitude, motion.angular_velocity + spin, acceleration)
+        found = [model.sensors[name].difference(reading, measured[name]) for name, reading in modelled.items()]
         residual = jnp.where(known, jnp.concatenate(found) / problem.sigma, 0.0)
         return residual, residual
 

@@ -26,12 +26,7 @@ def _look(
     blocks: Int[Array | np.ndarray, ""],
 ) -> tuple[Array, ...]:
     """Residuals with their whole Jacobian, the motion with its own, and the leaves with theirs."""
-
-    def store(jacobian, new, begin):
-        return jax.lax.dynamic_update_slice_in_dim(jacobian, new[1], begin, axis=0)
-
-    blank = jnp.zeros((problem.valid.shape[0], problem.channels, x.shape[0]), dtype=x.dtype)
-    prediction, jacobian = problem.predict_blocks(parameters, x, reference, blocks, visit=store, carry=blank)
+    prediction, jacobian = problem.predict(parameters, x, reference, blocks)
     x_model = x[len(STATE) :]
     return (
         prediction.residual,
@@ -55,11 +50,7 @@ def _read(
     slope = jnp.asarray(jnp.gradient(w, axis=0)) / jnp.maximum(between, 1e-9)[:, None]
 
     def one(q, w, acceleration, sky):
-        found = {}
-        for group in problem.of_sensors:
-            late = jnp.asarray(model.delays[group.name]) if group.name in problem.delayed else None
-            found[group.name] = model.sensors[group.name](sky.view(q, w, acceleration, model.albedo, late))
-        return found
+        return problem.readings(model, sky, q, w, acceleration)
 
     return jax.vmap(one)(q, w, slope, jax.tree.map(jnp.asarray, problem.sky))
 

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Key
 
 from fitting.measurements.abstract import RATE_UNIT
-from fitting.measurements.problem import Problem, predict
+from fitting.measurements.problem import Problem
 from fitting.outcome.uncertainty import covariance
 from fitting.parameters.names import STATE, TO_UNIT, UNITS
 from fitting.parameters.parametrization import Parametrization
@@ -83,7 +83,7 @@ class Target(eqx.Module):
         """Cost, half of chi2 with the priors, and its gradient; the cost is infinite beyond a bound."""
         x = self.unknowns(u)
         reference = jnp.asarray(self.reference)
-        prediction, jacobian = predict(self.problem, self.parameters, x, reference, self.settings.blocks)
+        prediction, jacobian = self.problem.predict(self.parameters, x, reference, self.settings.blocks)
         data = normal_equations(
             prediction.residual,
             jacobian,

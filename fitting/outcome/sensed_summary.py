@@ -1,7 +1,5 @@
 """From the minima of any satellite to the result: values, sigmas, held-out readings, verdict in words."""
 
-import itertools
-
 import jax
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -10,6 +8,7 @@ from fitting.identify import Identified, Minimum
 from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.groups import columns_of
+from fitting.outcome.alternatives import DIFFERENT_ATTITUDE_DEG, other_minimum
 from fitting.outcome.breaks import find_breaks, stamp_delay
 from fitting.outcome.looking import Look, look_at
 from fitting.outcome.result import FittedParameter
@@ -20,6 +19,7 @@ from fitting.outcome.uncertainty import correlations, field_angle_sigma, promise
 from fitting.outcome.worth import worth
 from fitting.parameters.free import FreeParameters
 from fitting.parameters.names import STATE
+from jaxsat.math.on_host import angle_between_attitudes, angles_between
 from jaxsat.sensors import Panels
 from jaxsat.sensors.abstract import AbstractSensor
 
@@ -31,7 +31,7 @@ FAR_SIGMAS = 3.0
 """Of the satellite file, beyond which a value is called far off."""
 
 
-def summarize_sensed(found: Identified, *, with_worth: bool = True) -> SensedResult:
+def summarize_sensed(found: Identified) -> SensedResult:
     """The best minimum as a result."""
     best, parameters, samples = found.minima[0], found.parameters, found.samples
     point = jax.tree.map(lambda leaf: np.asarray(leaf)[0], best.refined.points)
@@ -75,7 +75,7 @@ def summarize_sensed(found: Identified, *, with_worth: bool = True) -> SensedRes
         chi2=chi2,
         dof=dof,
         parameters=table,
-        buys=worth(found, best, point) if with_worth else {},
+        buys=worth(found, best, point),
         correlations=full,
         t_s=samples.t,
         quaternion_inertial_from_body=seen.quaternion[:n],
@@ -221,33 +221,17 @@ def _angles(sensor: AbstractSensor, measured: np.ndarray, modelled: np.ndarray) 
     if found[0] is None or found[1] is None:
         return np.full(len(measured), np.nan)
     a, b = (np.asarray(each[0], float) for each in found if each is not None)
-    if sensor.sees == "attitude":
-        return np.degrees(2.0 * np.arccos(np.minimum(np.abs(np.einsum("ni,ni->n", a, b)), 1.0)))
-    return np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ni,ni->n", a, b)))
+    return np.degrees(angle_between_attitudes(a, b) if sensor.sees == "attitude" else angles_between(a, b))
 
 
 def _alternatives(found: Identified, seen: Look) -> list[dict]:
     """Other minima whose motion or whose axes differ, by the rise of chi2."""
-    best = found.minima[0]
-    n, score = found.fitted, best.refined.score[0]
-    others = []
-    for minimum, k in itertools.chain.from_iterable(
-        ((minimum, k) for k in range(len(minimum.refined.score))) for minimum in found.minima
-    ):
-        if minimum is best and k == 0:
-            continue
-        q = np.asarray(minimum.refined.points.prediction.quaternion)[k, :n]
-        overlap = np.abs(np.einsum("sc,sc->s", seen.quaternion[:n], q))
-        distance = float(np.degrees(np.median(2.0 * np.arccos(np.minimum(overlap, 1.0)))))
+    best, others = found.minima[0], []
+    q, own = seen.quaternion[: found.fitted], best.convention.spelt()
+    for minimum in found.minima:
         axes = minimum.convention.spelt()
-        if distance > 3.0 or axes != best.convention.spelt():
-            rate = np.degrees(np.asarray(minimum.refined.points.x)[k, 3:6] * RATE_UNIT)
-            others.append(
-                {
-                    "chi2_above_best": round(float(2.0 * (minimum.refined.score[k] - score)), 3),
-                    "attitude_distance_deg": round(distance, 2),
-                    "rate_deg_s": [round(float(w), 5) for w in rate],
-                    "axes": axes,
-                }
-            )
+        for k in range(len(minimum.refined.score)):
+            distance, other = other_minimum(minimum.refined, k, q, best.refined.score[0])
+            if distance > DIFFERENT_ATTITUDE_DEG or axes != own:
+                others.append({**other, "axes": axes})
     return sorted(others, key=lambda other: other["chi2_above_best"])

@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.problem import CURRENTS, Problem
+from fitting.outcome.alternatives import DIFFERENT_ATTITUDE_DEG, other_minimum
 from fitting.outcome.result import AMBIGUOUS, CONVERGED, NOT_CONVERGED, FitResult, FittedParameter
 from fitting.outcome.uncertainty import (
     at_bound,
@@ -41,8 +41,6 @@ MAX_DISAGREEMENT = 0.2
 """Largest share of bright samples that the computed shadow may contradict."""
 MAX_MISFITS = 0.05
 """Largest share of bright samples that may be left out without being dimmer than modelled."""
-DIFFERENT_ATTITUDE_DEG = 3.0
-"""Median distance between two motions that counts as another answer."""
 
 
 def _describe(
@@ -177,21 +175,10 @@ def summarize(
 
 def _alternatives(refined: Refined, n: int) -> tuple[dict, ...]:
     """All other minima whose motion differs, by chi2."""
-    q = refined.points.prediction.quaternion[:, :n]
-    found = []
-    for k in range(1, len(refined.score)):
-        overlap = np.abs(np.einsum("sc,sc->s", q[0], q[k]))
-        distance = float(np.degrees(np.median(2.0 * np.arccos(np.minimum(overlap, 1.0)))))
-        if distance > DIFFERENT_ATTITUDE_DEG:
-            rate = np.degrees(refined.points.x[k, 3:6] * RATE_UNIT)
-            found.append(
-                {
-                    "chi2_above_best": round(float(2.0 * (refined.score[k] - refined.score[0])), 3),
-                    "attitude_distance_deg": round(distance, 2),
-                    "rate_deg_s": [round(float(w), 5) for w in rate],
-                }
-            )
-    return tuple(sorted(found, key=lambda other: other["chi2_above_best"]))
+    q = np.asarray(refined.points.prediction.quaternion)[0, :n]
+    found = [other_minimum(refined, k, q, refined.score[0]) for k in range(1, len(refined.score))]
+    different = [other for distance, other in found if distance > DIFFERENT_ATTITUDE_DEG]
+    return tuple(sorted(different, key=lambda other: other["chi2_above_best"]))
 
 
 def _remarks(refined: Refined, values: np.ndarray, notes: dict[str, str], disagree: int, ratio: float) -> list[str]:

@@ -1,5 +1,6 @@
 """Starts at one sample carried to the first: the search begins where something is seen, the motion before that."""
 
+import functools
 from dataclasses import replace
 
 import jax
@@ -13,7 +14,7 @@ from fitting.measurements.sensed import initial_state
 from fitting.measurements.sky import Around, nodes_at
 from fitting.parameters.free import FreeLeaves, FreeParameters
 from fitting.parameters.names import STATE
-from fitting.starts.multi_start import Starts
+from fitting.starts.multi_start import Starts, carried
 from fitting.stored import Stored
 from jaxsat.environment import OrbitTable, sun_directions
 from jaxsat.integrators import StepGrid
@@ -66,14 +67,4 @@ def carried_back(
     table = nodes_at(around, nodes, sun_directions(samples.epoch, nodes) if around.pushed else None)
     if commands is not None:
         table = replace(table, commands=commands(nodes))
-    count = len(starts.cost)
-    order = np.concatenate([np.arange(count), np.zeros(-count % TOGETHER, dtype=int)])
-    found = [
-        jax.device_get(carry(parameters.tree, model, table, grid, starts.x[part], starts.reference[part]))
-        for part in np.split(order, len(order) // TOGETHER)
-    ]
-    reference, rate = (np.concatenate(each)[:count] for each in zip(*found, strict=True))
-    x = starts.x.copy()
-    x[:, :3], x[:, 3:6] = 0.0, rate / RATE_UNIT
-    good = np.isfinite(reference).all(axis=1) & np.isfinite(rate).all(axis=1)
-    return Starts(x, reference, starts.cost).take(np.flatnonzero(good))
+    return carried(starts, TOGETHER, functools.partial(carry, parameters.tree, model, table, grid))

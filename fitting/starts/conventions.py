@@ -13,6 +13,7 @@ from fitting.measurements.sensed import SensedProblem
 from fitting.starts.ladder import finite_turn_rates
 from fitting.starts.mounting import body_directions
 from fitting.starts.sights import sights_of
+from jaxsat.math.on_host import angles_between
 
 MOST = 24
 """Combinations of conventions that are searched further."""
@@ -78,7 +79,7 @@ def _mismatch(problem: SensedProblem, samples: Samples) -> float:
     sights = sights_of(problem, samples)
     squares = []
     for a, b in itertools.combinations(sights.directions, 2):
-        between = [_angles(a.body, b.body), _angles(a.inertial, b.inertial)]
+        between = [angles_between(a.body, b.body), angles_between(a.inertial, b.inertial)]
         difference = (between[0] - between[1]) / np.hypot(a.sigma, b.sigma).clip(np.radians(5.0))
         squares.append(np.minimum(difference[np.isfinite(difference)] ** 2, 25.0))
     if problem.motion is None:
@@ -86,7 +87,8 @@ def _mismatch(problem: SensedProblem, samples: Samples) -> float:
     else:
         attitude = np.asarray(problem.motion.quaternion)[: len(sights.t)]
         for each in sights.directions:
-            difference = _angles(each.body, body_directions(each, problem.motion)) / each.sigma.clip(np.radians(5.0))
+            off = angles_between(each.body, body_directions(each, problem.motion))
+            difference = off / each.sigma.clip(np.radians(5.0))
             squares.append(np.minimum(difference[np.isfinite(difference)] ** 2, 25.0))
     good = np.flatnonzero(np.isfinite(attitude).all(axis=1) & np.isfinite(sights.rate).all(axis=1))
     if len(good) > 2:
@@ -96,7 +98,3 @@ def _mismatch(problem: SensedProblem, samples: Samples) -> float:
         squares.append(np.minimum(((turned - read) ** 2).sum(axis=1) / scale**2, 25.0))
     found = np.concatenate(squares) if squares else np.zeros(1)
     return float(np.sqrt(found.mean())) if len(found) else 0.0
-
-
-def _angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ni,ni->n", a, b))

@@ -103,7 +103,7 @@ def _from_attitudes(sights, attitude, near, begin, count, rng) -> Guesses:
 
 
 def _about_direction(sights, directions, good, begin, count, max_rate, rng) -> Guesses:
-    """The direction in its place, any roll about it; the rate across it by its own turn where that is seen."""
+    """The direction in its place, any roll about it."""
     first = good[0]
     body, inertial = directions.body[first], directions.inertial[first]
     turn = _shortest(body, inertial)

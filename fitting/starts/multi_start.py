@@ -13,7 +13,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from fitting.measurements.abstract import AbstractProblem
+from fitting.measurements.abstract import RATE_UNIT, AbstractProblem
 from fitting.parameters.free import AnyParameters
 from fitting.solvers.chunk import EVALUATIONS, solve_chunk
 from fitting.solvers.least_squares import Point, Settings
@@ -143,6 +143,24 @@ def _settings(problem: AbstractProblem, stage: Stage) -> Settings:
         ceiling=np.asarray(float(stage.ceiling)),
         active=np.asarray(stage.active),
     )
+
+
+def carried(
+    starts: Starts,
+    together: int,
+    carry: Callable[[np.ndarray, np.ndarray], tuple[Any, Any]],
+) -> Starts:
+    """Starts at another time: `carry(x, reference)` gives attitude and angular velocity [rad/s] of so many there."""
+    count = len(starts.cost)
+    order = np.concatenate([np.arange(count), np.zeros(-count % together, dtype=int)])
+    parts = np.split(order, len(order) // together)
+    found = [jax.device_get(carry(starts.x[part], starts.reference[part])) for part in parts]
+    reference, rate = (np.concatenate(each)[:count] for each in zip(*found, strict=True))
+    x = starts.x.copy()
+    x[:, :3], x[:, 3:6] = 0.0, rate / RATE_UNIT
+    # A start that has run away while it was carried is none.
+    good = np.isfinite(reference).all(axis=1) & np.isfinite(rate).all(axis=1)
+    return Starts(x, reference, starts.cost).take(np.flatnonzero(good))
 
 
 def distinct(points: Starts, *, attitude: float, rate: float) -> np.ndarray:

@@ -76,7 +76,6 @@ def sights_of(problem: SensedProblem, samples: Samples) -> Sights:
         elif sensor.sees == "rate":
             rate, rate_sigma = carried(t, vectors, unit=False), np.full(n, float(np.nanmedian(sigma)))
         else:
-            # A bad reading among good ones would lead the whole search astray: a median of three times leaves it out.
             spread = np.full(n, float(np.nanmedian(sigma)))
             directions.append(Directions(carried(t, vectors, unit=True), known[sensor.sees], spread))
     return Sights(t, tuple(directions), attitude, rate, rate_sigma)

@@ -4,6 +4,8 @@ Arcs that grow across the Earth's shadow leap over half an hour at once, and no 
 over a few minutes alone. Where the session begins with the shorter side of a shadow, the search begins behind it.
 """
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -12,7 +14,7 @@ from jaxtyping import Array, Float
 from fitting.measurements.abstract import PAD_STEPS, RATE_UNIT
 from fitting.measurements.observations import Observations
 from fitting.parameters.parametrization import Parametrization, build_model
-from fitting.starts.multi_start import Starts
+from fitting.starts.multi_start import Starts, carried
 from fitting.stored import Stored
 from jaxsat.dynamics import AttitudeState
 from jaxsat.environment import AbstractMagneticField, KeplerOrbit, tabulate_orbit
@@ -68,18 +70,5 @@ def carried_to(
 ) -> Starts:
     """Starts at sample number `begin` of the observations as starts at the first; steps of `max_step` [s] at most."""
     grid = StepGrid.through(around.t[:1], start=around.t[begin], max_step=max_step, pad_steps=PAD_STEPS)
-    count = len(starts.cost)
-    order = np.concatenate([np.arange(count), np.zeros(-count % TOGETHER, dtype=int)])
     numbers = (jnp.asarray(around.greenwich_angle), jnp.asarray(around.earth_rotation_rate))
-    found = [
-        jax.device_get(
-            carry(parameters, around.orbit, around.field, *numbers, grid, starts.x[part], starts.reference[part])
-        )
-        for part in np.split(order, len(order) // TOGETHER)
-    ]
-    reference, rate = (np.concatenate(each)[:count] for each in zip(*found, strict=True))
-    x = starts.x.copy()
-    x[:, :3], x[:, 3:6] = 0.0, rate / RATE_UNIT
-    # A start that has run away while it was carried is none.
-    good = np.isfinite(reference).all(axis=1) & np.isfinite(rate).all(axis=1)
-    return Starts(x, reference, starts.cost).take(np.flatnonzero(good))
+    return carried(starts, TOGETHER, functools.partial(carry, parameters, around.orbit, around.field, *numbers, grid))

@@ -5,6 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
+from jaxsat.math.on_host import angles_between
 from jaxsat.satellites.satellite import Satellite
 from jaxsat.telemetry.checks.around import Around
 from jaxsat.telemetry.checks.finding import Finding, finding
@@ -50,8 +51,8 @@ def _apart(one: str, first: Sights, two: str, second: Sights, around: Around) ->
     if used.sum() < _FEW:
         return []
     t, places = t1[used], near[used]
-    measured = _angle(d1[used], d2[places])
-    expected = _angle(_expected(what1, around, t), _expected(what2, around, t))
+    measured = angles_between(d1[used], d2[places])
+    expected = angles_between(_expected(what1, around, t), _expected(what2, around, t))
     off = math.degrees(float(np.median(np.abs(measured - expected))))
     noise = math.degrees(float(np.median(np.hypot(s1[used], s2[places]))))
     odd = off > max(_LARGEST_DEG, 3.0 * noise)
@@ -69,7 +70,3 @@ _NAMES = {"field": "field", "sun": "Sun", "nadir": "nadir"}
 
 def _expected(what: str, around: Around, t: np.ndarray) -> np.ndarray:
     return {"field": around.field_at, "sun": around.sun_at, "nadir": around.nadir_at}[what](t)
-
-
-def _angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.sum(a * b, axis=1))

@@ -12,11 +12,11 @@ from scipy.spatial.transform import Rotation
 from fitting.local import sun_and_field
 from fitting.local.session import FEW_PANELS, OTHER_WAY, LocalSamples, solve_five_parameters, solve_sun_field
 from fitting.local.shares import mirror_earth, mirror_light
-from fitting.local.solutions import angle_between_attitudes
 from fitting.local.sun_body import SIDES, possible_sides
 from fitting.measurements.observations import tabulate
 from jaxsat.bundled import BUNDLED
 from jaxsat.environment import igrf_field, orbit_from_perigee_time_km_deg
+from jaxsat.math.on_host import angle_between_attitudes
 from jaxsat.spacecraft import SolarPanels, box_normals
 from jaxsat.time import Epoch
 

@@ -17,7 +17,7 @@ from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.limb import LimbAngles
 from fitting.measurements.observations import build_problem
-from fitting.measurements.problem import CURRENTS, LIMB, predict
+from fitting.measurements.problem import CURRENTS, LIMB, Problem
 from fitting.parameters.nominal import nominal_model
 from fitting.parameters.parametrization import parametrization
 from fitting.session import prepare_session
@@ -185,7 +185,7 @@ def test_jacobians_are_central_differences(limited):
     problem = build_problem(data, noise=2e-3, max_step=32.0, limb_sigma=np.radians(0.5))
     parameters = parametrization(limited.nominal, ("albedo.specular",), PriorSigma())
     x = np.concatenate([[0.05, -0.1, 0.02], np.array(TRUTH["w"][0]) / RATE_UNIT + 0.02, [0.4]])
-    call = eqx.filter_jit(predict)
+    call = eqx.filter_jit(Problem.predict)
 
     def at(x):
         reference, blocks = (

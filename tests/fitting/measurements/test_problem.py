@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.observations import build_problem
-from fitting.measurements.problem import predict
+from fitting.measurements.problem import Problem
 from fitting.parameters.names import MODEL, STATE
 from fitting.parameters.nominal import nominal_model
 from fitting.parameters.parametrization import parametrization
@@ -50,7 +50,7 @@ class Arc:
         self.x = 0.3 * np.random.default_rng(4).normal(size=len(NAMES))
         self.x[:3] *= 0.1
         self.x[3:6] += np.array(true["w"][0]) / RATE_UNIT
-        self._predict = eqx.filter_jit(predict)
+        self._predict = eqx.filter_jit(Problem.predict)
 
     def predict(self, x=None, parameters=None, problem=None, blocks=100):
         x = jnp.asarray(self.x if x is None else x)

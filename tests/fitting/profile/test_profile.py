@@ -13,7 +13,6 @@ from scipy.optimize import least_squares
 
 from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.observations import build_problem
-from fitting.measurements.problem import predict
 from fitting.parameters.nominal import nominal_model
 from fitting.parameters.parametrization import parametrization
 from fitting.profile.profile import Z_68, Z_95, check_profile, interval, profile, profile_all
@@ -173,7 +172,7 @@ def test_cost_along_a_profile_is_the_lowest_that_scipy_finds(minimum):
 
     @eqx.filter_jit
     def residuals(x):
-        prediction, _ = predict(minimum.problem, minimum.parameters, x, jnp.asarray(best.reference), blocks)
+        prediction, _ = minimum.problem.predict(minimum.parameters, x, jnp.asarray(best.reference), blocks)
         return prediction.residual
 
     def of_free(values):
