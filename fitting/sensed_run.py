@@ -12,10 +12,11 @@ import numpy as np
 
 from fitting.identify import Identified, identify
 from fitting.measurements.assembly import Samples, build_sensed, channels_within
+from fitting.measurements.enough import check_light
 from fitting.measurements.given import is_told
 from fitting.measurements.groups import columns_of
 from fitting.measurements.sky import Around
-from fitting.orbit.orbit_fit import fit_orbit
+from fitting.orbit.orbit_fit import OrbitFit
 from fitting.outcome.looking import Look, look_at
 from fitting.outcome.sensed_result import SensedResult
 from fitting.outcome.sensed_summary import summarize_sensed
@@ -24,16 +25,14 @@ from fitting.parameters.free import free_parameters
 from fitting.report.sensed.files import owned_files, write_sensed
 from fitting.sensed_settings import SensedSettings
 from fitting.starts.multi_start import Progress
-from jaxsat.constants import EARTH_RADIUS_MEAN, EARTH_ROTATION_RATE
-from jaxsat.environment import AbstractOrbit, igrf_field
+from fitting.surroundings import surroundings
 from jaxsat.errors import InputError
 from jaxsat.files.staging import staged_directory
+from jaxsat.given import Given
 from jaxsat.satellites import Satellite
 from jaxsat.satellites.model import Leaf
 from jaxsat.telemetry import TableSession
 from jaxsat.telemetry.table.motion import motion_for
-from jaxsat.telemetry.table.orbit import orbit_for
-from jaxsat.time import greenwich_angle
 
 
 @dataclass(frozen=True)
@@ -46,6 +45,8 @@ class SensedFit:
     satellite: Satellite
     settings: SensedSettings
     around: Around
+    orbit_fit: OrbitFit | None = None
+    """Where the orbit was fitted to positions of the table, or given in their place."""
 
     @property
     def status(self) -> str:
@@ -72,6 +73,13 @@ class SensedFit:
 
     def _unknowns(self):
         return zip(self.found.parameters.names, self.found.parameters.everything, strict=True)
+
+    def after(self, before_s: Mapping[str, float], *, total: float) -> "SensedFit":
+        """The same with the seconds of what came before the fit in front of its own, and with the `total` [s]."""
+        own = self.result.timing_s
+        prepare = before_s.get("prepare", 0.0) + own.get("prepare", 0.0)
+        timing = {**before_s, **own, "prepare": prepare, "total": total}
+        return dataclasses.replace(self, result=dataclasses.replace(self.result, timing_s=timing))
 
     def motion(self, times: np.ndarray | Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
         """Attitudes [time 4], inertial from body, and rates [time 3, rad/s] at rising `times` [s] after the epoch.
@@ -125,7 +133,7 @@ class SensedFit:
         return write_sensed(
             stage,
             self.result,
-            telemetry=", ".join(str(path) for path in self.session.paths),
+            telemetry=self.session.telemetry,
             label=self.session.name,
             epoch=self.session.epoch,
             session=self.session,
@@ -170,9 +178,13 @@ def fit_table(
     session: TableSession,
     settings: SensedSettings | None = None,
     *,
+    given: Given | None = None,
+    profiles: Sequence[str] = (),
     progress: Progress = lambda *_: None,
 ) -> SensedFit:
     """Fits motion, satellite and sensors to all channels of a session.
+
+    `given` is what of orbit, Earth and Sun shall not be found from session and satellite.
 
     Raises `InputError` for what cannot be fitted, ValueError where JAX works in single precision.
     """
@@ -185,12 +197,13 @@ def fit_table(
     if settings.free is None:
         free = tuple(leaf.name for leaf in leaves if leaf.name in free and not _of_witness(leaf, session))
     channels = channels_within(session, settings.arc_s)
-    around = surroundings(satellite, session)
-    given = motion_for(satellite, session, around.orbit)
+    check_light(channels, model, session.paths[0])
+    around, orbit_fit = surroundings(satellite, session, given)
+    told = motion_for(satellite, session, around.orbit)
     remarks = ()
-    if given is not None:
-        channels, remarks = _where_told(channels, given, session)
-    samples = Samples.of(channels, session.epoch, dict(session.columns), given)
+    if told is not None:
+        channels, remarks = _where_told(channels, told, session)
+    samples = Samples.of(channels, session.epoch, dict(session.columns), told)
     late = {leaf.place for leaf in leaves if leaf.name in free or leaf.sigma is not None}
     delayed = tuple(
         name for name in channels if f"delays.{name}" in late or float(np.asarray(model.delays[name])) != 0.0
@@ -220,29 +233,7 @@ def fit_table(
     timing = {**result.timing_s, "prepare": result.timing_s["prepare"] + prepared}
     timing["total"] = time.perf_counter() - began
     result = dataclasses.replace(result, timing_s=timing, remarks=(*remarks, *result.remarks))
-    return SensedFit(result, found, session, satellite, settings, around)
-
-
-def surroundings(satellite: Satellite, session: TableSession) -> Around:
-    """Orbit, field and Earth of a session."""
-    craft = satellite.model.spacecraft
-    return Around(
-        _orbit(satellite, session),
-        igrf_field(session.epoch.decimal_year()),
-        np.asarray(greenwich_angle(session.epoch)),
-        np.asarray(EARTH_ROTATION_RATE),
-        np.asarray(EARTH_RADIUS_MEAN),
-        field_rate=craft.hysteresis_rods is not None,
-        pushed=craft.facets is not None,
-        sharp=satellite.shadow == "cylinder",
-    )
-
-
-def _orbit(satellite: Satellite, session: TableSession) -> AbstractOrbit:
-    columns = satellite.orbit.columns
-    if columns is None or columns.law != "kepler" or session.positions is None or session.velocities is None:
-        return orbit_for(satellite, session)
-    return fit_orbit(*session.positions, session.velocities, file=session.paths[0]).orbit
+    return SensedFit(result, found, session, satellite, settings, around, orbit_fit)
 
 
 def _of_witness(leaf: Leaf, session: TableSession) -> bool:
@@ -253,11 +244,11 @@ def _of_witness(leaf: Leaf, session: TableSession) -> bool:
     )
 
 
-def _where_told(channels, given, session):
+def _where_told(channels, told, session):
     """The channels while the given motion is told, and remarks on what is left out elsewhere."""
     found, remarks = {}, []
     for name, channel in channels.items():
-        inside = is_told(given, channel.t_s)
+        inside = is_told(told, channel.t_s)
         if not inside.all():
             left = f"{int((~inside).sum())} of {inside.size} samples of {name}"
             remarks.append(f"{left} stand where no two quaternions follow each other, and are not used")

@@ -116,10 +116,10 @@ def build_sensed(
     padded_t = np.pad(t, (0, extra), mode="edge")
     lit = any("light" in sensor.needs for sensor in model.sensors.values())
     columns = {name: np.interp(padded_t, *pair) for name, pair in samples.columns.items()}
-    sun = sun_directions(samples.epoch, padded_t) if lit else None
+    sun = sun_directions(samples.epoch, padded_t, fixed=around.fixed_sun) if lit else None
     sky = sky_at(around, padded_t, sun, columns)
     nodes = np.asarray(grid.node_times)
-    node_sun = sun_directions(samples.epoch, nodes) if around.pushed else None
+    node_sun = sun_directions(samples.epoch, nodes, fixed=around.fixed_sun) if around.pushed else None
     orbit = nodes_at(around, nodes, node_sun)
     if commands is not None:
         orbit = replace(orbit, commands=commands(nodes))
@@ -169,7 +169,12 @@ def _floors(samples: Samples, model: Model, groups: Groups) -> np.ndarray:
     found = []
     for group in groups:
         rows, channel = samples.values[group.name], samples.channels[group.name]
-        cut = isinstance(model.sensors[group.name], Panels) and bool(channel.quantum) and not np.any(rows < 0.0)
+        cut = (
+            isinstance(model.sensors[group.name], Panels)
+            and bool(channel.quantum)
+            and channel.zero_is_floor
+            and not np.any(rows < 0.0)
+        )
         floor = 0.5 * (channel.quantum or 0.0) / channel.sigma
         found.append(np.where(rows == 0.0, floor, NO_FLOOR) if cut else np.full((len(rows), group.width), NO_FLOOR))
     return np.hstack(found)

@@ -89,6 +89,8 @@ class Around(eqx.Module):
     """Whether air and sunlight push on the satellite."""
     sharp: bool = eqx.field(static=True, default=False)
     """Whether the Earth's shadow has a sharp edge and no penumbra."""
+    fixed_sun: Float[Array | np.ndarray, "3"] | None = None
+    """Unit vector to the Sun where it is given; None where it follows from the epoch."""
 
 
 def _sky(

@@ -11,6 +11,7 @@ from fitting.outcome.series import PanelResiduals
 PREDICTS, FITS_ONLY, FITS = "predicts", "fits, does not predict", "fits"
 AMBIGUOUS_VERDICT, UNDETERMINED, WRONG_MODEL = "ambiguous", "undetermined", "not this model"
 """The words of a verdict; `fits` is that of a fit of which nothing was held out."""
+MILLIAMPERES = {"A": 1e3, "mA": 1.0, "uA": 1e-3}
 WILD = 4.0
 """A reading that was not fitted and lies beyond so many times the limit of an outlier is that of no motion near."""
 
@@ -139,3 +140,11 @@ class SensedResult:
     field_angle_deg: np.ndarray | None = None
     """[time] between body x and the magnetic field."""
     field_angle_sigma_deg: np.ndarray | None = None
+
+    @property
+    def residual_rms_mA(self) -> float | None:
+        """Of panel currents; None where there is no such channel, or several."""
+        panels = [c for c in self.channels.values() if c.kind == "Panels" and c.unit in MILLIAMPERES]
+        if len(panels) != 1 or panels[0].rms is None:
+            return None
+        return panels[0].rms * MILLIAMPERES[panels[0].unit]

@@ -12,7 +12,9 @@ import numpy as np
 
 from jaxsat.errors import InputError
 from jaxsat.files.text_file import REAL, read_small_file
+from jaxsat.satellites.sections.session import ChannelSettings
 from jaxsat.telemetry.raw_sun.cleaning import Session
+from jaxsat.telemetry.table.session import Channel
 from jaxsat.time import Epoch
 
 MAX_FILE_BYTES = 4 * 2**20
@@ -129,6 +131,19 @@ def match_limb_angles(file: LimbAngleFile, session: Session) -> MatchedLimbAngle
     angles = np.full((len(session.t_s), 2), np.nan)
     angles[used] = np.radians(np.column_stack([file.distance_deg, file.turn_deg])[chosen])
     return MatchedLimbAngles(file, angles, np.sort(np.delete(file.row, chosen)))
+
+
+def limb_channel(
+    path: str | Path, session: Session, name: str, settings: ChannelSettings
+) -> tuple[Channel, list[str], str]:
+    """The angles of a file at the samples of a session as a channel, remarks on rows without a sample, and its SHA-256.
+
+    Raises `InputError` as `read_limb_angles` and `match_limb_angles`.
+    """
+    matched = match_limb_angles(read_limb_angles(path), session)
+    measured = np.isfinite(matched.angles).any(axis=1)
+    channel = Channel.of(name, settings, session.t_s[measured], np.degrees(matched.angles[measured]))
+    return channel, matched.remarks(), matched.file.sha256
 
 
 def _cells(line: bytes, path: Path, row: int) -> list[str]:

@@ -3,14 +3,12 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from fitting.outcome.sensed_result import ChannelFit, Holdout, SensedResult
+from fitting.outcome.sensed_result import MILLIAMPERES, ChannelFit, Holdout, SensedResult
 from fitting.outcome.sensed_verdict import Witness
 from fitting.report.document import SCHEMA, TIMINGS
 from jaxsat.files.json_files import plain
 from jaxsat.telemetry import RejectedRow
 from jaxsat.time import Epoch
-
-MILLIAMPERES = {"A": 1e3, "mA": 1.0, "uA": 1e-3}
 
 
 def sensed_document(
@@ -42,7 +40,7 @@ def sensed_document(
         "verdict": [result.verdict, result.message, *result.remarks],
         "chi2": result.chi2,
         "dof": result.dof,
-        **_panel_rms(result.channels),
+        **_panel_rms(result),
         "residual_rms": {name: {"value": c.rms, "unit": c.unit} for name, c in result.channels.items()},
         "holdout": held or None,
         "witness": witness or None,
@@ -135,10 +133,7 @@ def delays(result: SensedResult) -> dict[str, dict[str, Any]]:
     return found
 
 
-def _panel_rms(channels: Mapping[str, ChannelFit]) -> dict[str, float | None]:
+def _panel_rms(result: SensedResult) -> dict[str, float | None]:
     """That of the panel currents where there is one such channel, as fits of six panels have it."""
-    panels = [c for c in channels.values() if c.kind == "Panels" and c.unit in MILLIAMPERES]
-    if len(panels) != 1:
-        return {}
-    rms = panels[0].rms
-    return {"residual_rms_mA": None if rms is None else rms * MILLIAMPERES[panels[0].unit]}
+    currents = sum(c.kind == "Panels" and c.unit in MILLIAMPERES for c in result.channels.values())
+    return {"residual_rms_mA": result.residual_rms_mA} if currents == 1 else {}

@@ -1,23 +1,16 @@
-"""`jaxsat fit`: attitude and parameters from panel currents, for one session or many."""
+"""`jaxsat fit`: attitude and parameters from what sensors measured, for one session or many."""
 
 import sys
 import time
-from collections.abc import Sequence
-from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from cyclopts import CycloptsError, Parameter, validators
 
-from fitting.parameters.names import NAMED, STATE
 from jaxsat.bundled import BUNDLED
 from jaxsat.cli.shared.folders import default_folder
-from jaxsat.cli.shared.options import Arc, ConfigFile, Drop, checked_free, whole_number
+from jaxsat.cli.shared.options import Arc, ConfigFile, Drop, whole_number
 from jaxsat.errors import InputError
-
-PROFILED = STATE + NAMED
-"""The words of `--profile`."""
-
 
 TABLES = (".csv", ".tsv", ".txt", ".parquet")
 """Endings of tables, which no satellite file of its own is bundled for."""
@@ -27,14 +20,6 @@ def _refuse(options: dict[str, object], beside: str) -> None:
     given = [name for name, value in options.items() if value]
     if given:
         raise CycloptsError(msg=f"{', '.join(given)} cannot stand beside {beside}.")
-
-
-def _check_profiles(_: Any, value: Sequence[str] | None) -> None:
-    for name in value or ():
-        if name not in PROFILED:
-            close = get_close_matches(name, PROFILED, n=1)
-            hint = f" Did you mean {close[0]}?" if close else ""
-            raise ValueError(f'"{name}" is no single parameter such as imax or {PROFILED[0]}.{hint}')
 
 
 def fit(
@@ -57,7 +42,7 @@ def fit(
     holdout: Annotated[
         float | None,
         Parameter(
-            help="With --satellite: share of the time, at its end, that is not fitted but predicted, as 0.3.",
+            help="Share of the time, at its end, that is not fitted but predicted, as 0.3.",
             validator=validators.Number(gte=0.0, lte=0.9),
         ),
     ] = None,
@@ -96,7 +81,6 @@ def fit(
             help="NAME of a free parameter, as imax, rods.y, rate.x: the lowest cost at each of its values and the "
             "68 and 95 % intervals read from it; repeatable.",
             negative=(),
-            validator=_check_profiles,
         ),
     ] = None,
     limb: Annotated[
@@ -132,37 +116,42 @@ def fit(
     """
     began = time.perf_counter()
     if satellite is not None:
-        _refuse({"--config": config, "--drop": drop, "--profile": profile, "--limb": limb}, "--satellite")
+        _refuse({"--config": config, "--drop": drop, "--limb": limb}, "--satellite")
         if not files:
             raise CycloptsError(msg="--satellite needs at least one table of telemetry.")
-        from jaxsat.cli.fit.sensed import fit_sensed
-
-        given = {"holdout": holdout, "arc_s": arc, "starts": starts, "seed": seed}
-        given["free"] = None if free is None else tuple(free.split(","))
-        return fit_sensed(files, satellite, out, {k: v for k, v in given.items() if v is not None}, began, plots=plots)
-    if holdout is not None:
-        raise CycloptsError(msg="--holdout belongs to --satellite.")
     tables = [path for path in files or () if path.suffix.lower() in TABLES]
-    if tables:
+    if tables and satellite is None:
         reason = "a table needs a satellite file: --satellite sat.toml, of which `jaxsat init` drafts one"
         raise InputError(reason, file=tables[0])
-    free = checked_free(free)
     if limb is not None and files and len(files) > 1:
         raise CycloptsError(msg=f"--limb holds the angles of one session, but {len(files)} files are given.")
-    from jaxsat.cli.settings.given import read_settings
-
-    settings = read_settings(config, free=free, arc=arc, drop=drop, starts=starts, seed=seed)
     if not files:
         print(f"jaxsat: no file given: fitting the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
         files = [BUNDLED]
+    # What is wrong with settings is told before the seconds that the imports of a fit take.
+    options = {"holdout": holdout, "arc_s": arc, "starts": starts, "seed": seed}
+    given = {key: value for key, value in options.items() if value is not None}
+    if satellite is None:
+        from jaxsat.cli.settings.given import read_settings
 
-    from jaxsat.cli.fit.one import Clock, fit_one, load_numerics
+        settings = read_settings(config, free=free, arc=arc, drop=drop, starts=starts, seed=seed)
 
-    clock = Clock(began, load_numerics(began))
-    profiles = tuple(profile or ())
-    if len(files) == 1:
-        return fit_one(files[0], out, settings, clock=clock, plots=plots, profiles=profiles, limb=limb).exit_status
+    from jaxsat.cli.shared.start import start_jax
+
+    start_jax()
+    from jaxsat.cli.fit.inputs import OfRawSun, OfTables
+    from jaxsat.cli.fit.one import Clock, fit_one
+
+    if satellite is None:
+        read = OfRawSun.by(settings, limb, free, holdout)
+    else:
+        read = OfTables.by(satellite, given | ({} if free is None else {"free": tuple(free.split(","))}))
+    clock = Clock(began, time.perf_counter() - began)
+    asked = {"clock": clock, "plots": plots, "profiles": tuple(profile or ())}
+    # Tables are joined by time, RAW_SUN files are sessions by themselves.
+    if satellite is not None or len(files) == 1:
+        return fit_one(files, out, read, **asked).exit_status
 
     from jaxsat.cli.fit.many import fit_many
 
-    return fit_many(files, out, settings, clock=clock, plots=plots, profiles=profiles)
+    return fit_many(files, out, read, **asked)

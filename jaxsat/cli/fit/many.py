@@ -5,6 +5,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,7 @@ from jaxsat.cli.fit.one import Clock, Outcome, fit_one
 from jaxsat.errors import InputError
 
 if TYPE_CHECKING:
-    from jaxsat.cli.settings.sections import Config
+    from jaxsat.cli.fit.inputs import Inputs
 
 SCHEMA = "jaxsat.fit-summary/1"
 STATUSES = ("converged", "ambiguous", "not_converged", "failed")
@@ -21,24 +22,24 @@ STATUSES = ("converged", "ambiguous", "not_converged", "failed")
 def fit_many(
     files: list[Path],
     out: Path,
-    settings: "Config",
+    read: Callable[[Sequence[Path]], "Inputs"],
     *,
     clock: Clock,
     plots: bool,
-    profiles: tuple[str, ...] = (),
+    profiles: Sequence[str] = (),
 ) -> int:
-    """Fits each file into out/STEM, writes out/summary.json and returns the worst exit status.
+    """Fits each file, a session by itself, into out/STEM, writes out/summary.json and returns the worst exit status.
 
     Worst is bad input (1), then not converged (3). Each directory is whole or absent, whenever the run is stopped.
     Raises `InputError` where not even the summary can be written.
     """
-    from jaxsat.cli.fit.text import files_summary
+    from jaxsat.cli.fit.sensed_text import files_summary
     from jaxsat.cli.shared.terminal import show
 
     outcomes = []
     for number, (path, name) in enumerate(zip(files, directory_names(files), strict=True)):
         own = clock if number == 0 else Clock(time.perf_counter(), 0.0)
-        outcomes.append(_attempt(path, out / name, settings, clock=own, plots=plots, profiles=profiles))
+        outcomes.append(_attempt(path, out / name, read, clock=own, plots=plots, profiles=profiles))
     _write_summary(out, outcomes, time.perf_counter() - clock.began)
     show(files_summary([(o.telemetry, o.status, o.message) for o in outcomes]), f"results in {out}")
     found = {outcome.exit_status for outcome in outcomes}
@@ -56,11 +57,9 @@ def directory_names(files: list[Path]) -> list[str]:
     return names
 
 
-def _attempt(
-    path: Path, directory: Path, settings: "Config", *, clock: Clock, plots: bool, profiles: tuple[str, ...]
-) -> Outcome:
+def _attempt(path: Path, directory: Path, read, *, clock: Clock, plots: bool, profiles: Sequence[str]) -> Outcome:
     try:
-        return fit_one(path, directory, settings, clock=clock, plots=plots, profiles=profiles, quiet=True)
+        return fit_one([path], directory, read, clock=clock, plots=plots, profiles=profiles, quiet=True)
     except InputError as error:
         message = str(error)
     # A defect that one file brings to light must not cost the others their night's run.

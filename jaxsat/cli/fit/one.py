@@ -1,15 +1,16 @@
-"""One file of a fit: prepared, fitted, written whole or not at all, summed up on the terminal."""
+"""One session: read, fitted, written whole or not at all, summed up on the terminal."""
 
 import importlib
 import sys
 import threading
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from jaxsat.cli.settings.sections import Config
+    from jaxsat.cli.fit.inputs import Inputs
 
 CONVERGED, BAD_INPUT, NOT_CONVERGED = 0, 1, 3
 """Exit statuses; an ambiguous fit has not converged to one answer and counts as such."""
@@ -25,73 +26,62 @@ class Clock:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one file."""
+    """What became of one session."""
 
     telemetry: str
     directory: Path
     status: str
     """That of the fit, or `failed`."""
     message: str
-    numbers: dict[str, float | int]
+    numbers: dict[str, float | int | None]
 
     @property
     def exit_status(self) -> int:
-        """That of the command, were this its only file."""
+        """That of the command, were this its only session."""
         return {"converged": CONVERGED, "failed": BAD_INPUT}.get(self.status, NOT_CONVERGED)
 
 
-def load_numerics(began: float) -> float:
-    """Imports what a fit needs, sets JAX up and returns the seconds since `began`."""
-    from jaxsat.cli.shared.start import start_jax
-
-    start_jax()
-    import fitting.run  # noqa: F401
-
-    return time.perf_counter() - began
-
-
 def fit_one(
-    path: Path,
+    files: Sequence[Path],
     directory: Path,
-    settings: "Config",
+    read: Callable[[Sequence[Path]], "Inputs"],
     *,
     clock: Clock,
     plots: bool,
-    profiles: tuple[str, ...] = (),
-    limb: Path | None = None,
+    profiles: Sequence[str] = (),
     quiet: bool = False,
 ) -> Outcome:
-    """Fits one file, writes its directory whole or not at all, prints a summary; raises `InputError`.
+    """Fits one session of one file or of several, writes its directory whole or not at all, prints a summary.
 
-    `profiles` names the parameters that get a profile; `limb` is a file of limb angles.
+    `profiles` names the parameters that get a profile. Raises `InputError`.
     """
-    from fitting.report.files import FILES
-    from fitting.run import fit_prepared
-    from fitting.session import prepare_session
+    from fitting.report.sensed.files import owned_files
+    from fitting.sensed_run import fit_table
     from jaxsat.cli.fit.progress import StageProgress
-    from jaxsat.cli.fit.text import fit_summary
+    from jaxsat.cli.fit.sensed_text import sensed_summary
     from jaxsat.cli.shared.terminal import show
     from jaxsat.files.staging import staged_directory
-    from jaxsat.telemetry import read_telemetry
 
     start = time.perf_counter()
+    inputs = read(files)
+    session = inputs.session
+    before = {"import": clock.imported, "prepare": time.perf_counter() - start}
     # Staged before the work starts: a directory that cannot be written is known at once.
-    with staged_directory(directory, FILES) as stage:
-        session = read_telemetry(path, settings.satellite, cleaning=settings.cleaning)
-        prepared = prepare_session(session, settings.given)
-        before = {"import": clock.imported, "prepare": time.perf_counter() - start}
+    with staged_directory(directory, owned_files(directory, session.channels)) as stage:
         if plots:
             # Importing matplotlib costs half a second; the solver leaves one core to Python.
             threading.Thread(target=importlib.import_module, args=("jaxsat.plotting",), daemon=True).start()
-        asked = {"limb": limb, "profiles": profiles, "sky_ahead": True}
-        with StageProgress(prepared.label) as progress:
-            found = fit_prepared(prepared, settings.satellite, settings.fit, progress=progress, **asked)
+        with StageProgress(session.name) as progress:
+            found = fit_table(
+                inputs.satellite, session, inputs.settings, given=inputs.given, profiles=profiles, progress=progress
+            )
             progress("writing results", 0, 0)
-            result, warnings = found.after(before).write_into(stage, plots=plots, began=clock.began)
+            found = found.after(before, total=time.perf_counter() - clock.began)
+            warnings = found.write_into(stage, plots=plots)
+    result = found.result
     if not quiet:
-        told = () if found.witness is None else (f"\n{found.witness.text}",)
-        show(fit_summary(result, prepared.label), *told, f"\nresults in {directory}")
+        show(sensed_summary(result, session.name, session.rejections), f"\nresults in {directory}")
     for warning in warnings:
         print(f"jaxsat: warning: {warning}", file=sys.stderr)
     numbers = {"chi2": result.chi2, "dof": result.dof, "residual_rms_mA": result.residual_rms_mA}
-    return Outcome(prepared.telemetry, directory, result.status, result.message, numbers)
+    return Outcome(session.telemetry, directory, result.status, result.message, numbers)

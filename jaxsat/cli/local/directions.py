@@ -37,9 +37,9 @@ def local_directions(
     with staged_directory(out, FILES) as stage:
         session = read_telemetry([file], craft)
         from fitting.local.directions import direct_attitudes
-        from fitting.sensed_run import surroundings
+        from fitting.surroundings import surroundings
 
-        found = direct_attitudes(craft, session, surroundings(craft, session), arc_s=arc_s)
+        found = direct_attitudes(craft, session, surroundings(craft, session)[0], arc_s=arc_s)
         write_directions(stage, found, session, satellite, began=began, plots=plots)
     show(directions_summary(found, session.name), f"\nresults in {out}")
     return 0 if found.solved.any() else 3

@@ -1,6 +1,6 @@
 """The whole of a configuration: the sections that the floors below take, under one roof."""
 
-from fitting.settings import FitSettings
+from jaxsat.cli.settings.fit import FitSection
 from jaxsat.given import Earth, Given, Orbit, Sun, Time
 from jaxsat.satellites.numbers import Albedo, SatelliteNumbers, Spacecraft
 from jaxsat.setting_types import Section
@@ -18,7 +18,7 @@ class Config(Section):
     spacecraft: Spacecraft = Spacecraft()
     albedo: Albedo = Albedo()
     cleaning: CleaningSettings = CleaningSettings()
-    fit: FitSettings = FitSettings()
+    fit: FitSection = FitSection()
     simulate: SimulationSettings = SimulationSettings()
 
     @property

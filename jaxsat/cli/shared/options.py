@@ -6,23 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-from cyclopts import CycloptsError, Parameter, Token
-
-from fitting.parameters.names import parse_free
-
-
-def _check_free(_: Any, value: str | None) -> None:
-    if value is not None:
-        parse_free(value)
-
-
-def checked_free(value: str | None) -> str | None:
-    """The same as it was; wrong usage where it names what Munin has not."""
-    try:
-        _check_free(None, value)
-    except ValueError as error:
-        raise CycloptsError(msg=f"Invalid value for --free: {error}") from None
-    return value
+from cyclopts import Parameter, Token
 
 
 def _check_intervals(_: Any, value: Sequence[Any] | None) -> None:
@@ -39,15 +23,6 @@ def whole_number(_: Any, tokens: Sequence[Token]) -> int:
     return int(text)
 
 
-Free = Annotated[
-    str | None,
-    Parameter(
-        help="What is fitted: any of state,magnet,rods,imax,gains,inertia,albedo,tilts, a single one as "
-        "albedo.specular or magnet.azimuth, or a classic name: als, alsI0, alsI23, alsImax, alsJ, alsI0J. The state "
-        "is always free. [default: that of the configuration]",
-        validator=_check_free,
-    ),
-]
 ConfigFile = Annotated[
     Path | None, Parameter(help="Configuration, TOML; `jaxsat config` prints all keys with units and defaults.")
 ]

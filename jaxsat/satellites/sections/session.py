@@ -77,6 +77,8 @@ class ChannelSettings(Section):
     loss: Literal["normal", "student", "mixture"] | None = None
     """What may be wrong with a sample: normal (nothing), student (heavy tails), mixture (anything);
     left out: as the fit has it for all channels."""
+    zero_is_floor: bool = True
+    """Of panels with a quantum: whether a current of zero was half a step or less, for there is nothing below it."""
     role: Literal["fitted", "witness"] = "fitted"
     """A witness is not fitted: it is asked afterwards whether it agrees."""
 

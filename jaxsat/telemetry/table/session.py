@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from jaxsat.bundled import told_names
 from jaxsat.files.units import parsed_unit
 from jaxsat.satellites.sections.session import ChannelSettings
 from jaxsat.time import Epoch
@@ -46,6 +47,8 @@ class Channel:
     quantum: float | None
     """Step of the digits, SI."""
     columns: tuple[str, ...]
+    zero_is_floor: bool = True
+    """Whether a current of zero was half a quantum or less."""
     witness: bool = False
     """Whether it is not fitted, but asked afterwards whether it agrees."""
     loss: str | None = None
@@ -67,6 +70,7 @@ class Channel:
             to_unit=1.0 / unit.factor,
             quantum=quantum,
             columns=settings.columns,
+            zero_is_floor=settings.zero_is_floor,
             witness=settings.role == "witness",
             loss=settings.loss,
         )
@@ -98,8 +102,13 @@ class TableSession:
 
     @property
     def name(self) -> str:
-        """Name of the first file without its ending."""
-        return self.paths[0].stem
+        """Name of the first file without its ending, with the word synthetic for a bundled one."""
+        return told_names(self.paths[0])[1]
+
+    @property
+    def telemetry(self) -> str:
+        """The files as results name them."""
+        return ", ".join(told_names(path)[0] for path in self.paths)
 
     @property
     def span_s(self) -> tuple[float, float]:

@@ -1,0 +1,41 @@
+"""Whether the readings can tell an attitude at all: asked before the work of a fit."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from jaxsat.errors import InputError
+from jaxsat.satellites.model import Model
+from jaxsat.sensors import Panels
+from jaxsat.telemetry import Channel
+
+FEWEST_LIT = 5
+"""Samples with light."""
+
+
+def check_light(channels: Mapping[str, Channel], model: Model, path: Path) -> None:
+    """Raises `InputError` where panels are all that is fitted and their currents cannot tell an attitude.
+
+    Needed are `FEWEST_LIT` samples with some current above the noise, and light seen along two directions: panels that
+    look along one axis leave the direction to the Sun free to turn about it.
+    """
+    fitted = {name: channel for name, channel in channels.items() if not channel.witness}
+    (name, channel), *others = fitted.items() or [("", None)]
+    sensor = model.sensors.get(name)
+    if others or channel is None or not isinstance(sensor, Panels):
+        return
+    told = f"{channel.sigma * channel.to_unit:.2g} {channel.unit}"
+    seen = np.nan_to_num(channel.values) > channel.sigma
+    lit, count = int(seen.any(axis=1).sum()), len(seen)
+    if lit == 0:
+        raise InputError(f"all {count} samples are in shadow: no reading exceeds {told}", file=path, field=name)
+    ever = seen.any(axis=0)
+    normals = np.asarray(sensor.normals)[ever]
+    if np.linalg.matrix_rank(normals, tol=0.1) < 2:
+        which = " and ".join(column for column, found in zip(channel.columns, ever, strict=True) if found)
+        reason = f"only {which} ever exceed(s) {told}; the attitude needs light on panels of two axes"
+        raise InputError(reason, file=path, field=name)
+    if lit < FEWEST_LIT:
+        reason = f"only {lit} of {count} samples are lit (a reading above {told}); at least {FEWEST_LIT} are needed"
+        raise InputError(reason, file=path, field=name)

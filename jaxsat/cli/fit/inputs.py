@@ -1,0 +1,102 @@
+"""What one fit takes: from tables and a satellite file, or from a RAW_SUN file and a configuration."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cyclopts import CycloptsError
+
+from fitting.sensed_run import chosen_leaves
+from fitting.sensed_settings import SensedSettings
+from jaxsat.cli.settings.munin import LIMB, satellite_of_config
+from jaxsat.errors import InputError
+from jaxsat.given import Given
+from jaxsat.satellites import Satellite, read_sensed
+from jaxsat.telemetry import TableSession, read_telemetry
+from jaxsat.telemetry.limb_angles import limb_channel
+from jaxsat.telemetry.raw_sun.table import table_of
+
+if TYPE_CHECKING:
+    from jaxsat.cli.settings.sections import Config
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """A satellite, a session of it, and how it is fitted."""
+
+    satellite: Satellite
+    session: TableSession
+    settings: SensedSettings
+    given: Given = Given()
+
+
+@dataclass(frozen=True)
+class OfTables:
+    """Reads tables by a satellite file."""
+
+    satellite: Satellite
+    options: Mapping[str, object]
+    """Of `SensedSettings`."""
+
+    @staticmethod
+    def by(path: Path, options: Mapping[str, object]) -> "OfTables":
+        """Reads the satellite file; raises `InputError`, and CycloptsError for a `free` that it does not have."""
+        satellite = read_sensed(path)
+        _check_free(satellite, options.get("free"))
+        return OfTables(satellite, options)
+
+    def __call__(self, files: Sequence[Path]) -> Inputs:
+        """The files are one session; raises `InputError`."""
+        session = read_telemetry(files, self.satellite)
+        return Inputs(self.satellite, session, SensedSettings.model_validate(dict(self.options)))
+
+
+@dataclass(frozen=True)
+class OfRawSun:
+    """Reads RAW_SUN files of the satellite of a configuration."""
+
+    satellite: Satellite
+    config: "Config"
+    settings: SensedSettings
+    limb: Path | None
+    """File of limb angles."""
+
+    @staticmethod
+    def by(config: "Config", limb: Path | None, free: str | None, holdout: float | None) -> "OfRawSun":
+        """Raises CycloptsError where `free`, of the command line, names what Munin has not."""
+        # Under a weight of zero the file is not looked at, as that of `vesABlimb` = 0 may be missing or a dummy.
+        limb = limb if config.fit.limb_weight > 0.0 else None
+        satellite = satellite_of_config(config, limb=limb is not None)
+        settings = config.fit.settings
+        if holdout is not None:
+            settings = settings.changed(holdout=holdout)
+        _check_free(satellite, None if free is None else settings.free)
+        return OfRawSun(satellite, config, settings, limb)
+
+    def __call__(self, files: Sequence[Path]) -> Inputs:
+        """The one file is a session; raises `InputError`."""
+        (path,) = files
+        config, limb = self.config, self.limb
+        cleaned = read_telemetry(path, config.satellite, cleaning=config.cleaning)
+        cleaned = cleaned.with_time_zero(config.time.zero_s)
+        own = {name: channel for name, channel in self.satellite.channels.items() if name != LIMB}
+        session = table_of(cleaned, replace(self.satellite, channels=own))
+        if limb is not None:
+            channel, remarks, sha256 = limb_channel(limb, cleaned, LIMB, self.satellite.channels[LIMB])
+            session = replace(
+                session,
+                channels={**session.channels, LIMB: channel},
+                remarks=(*session.remarks, *remarks),
+                paths=(*session.paths, limb),
+                sha256=(*session.sha256, sha256),
+            )
+        return Inputs(self.satellite, session, self.settings, config.given)
+
+
+def _check_free(satellite: Satellite, free: object) -> None:
+    if isinstance(free, tuple):
+        try:
+            chosen_leaves(satellite.leaves, free, satellite.aliases)
+        except InputError as error:
+            raise CycloptsError(msg=f"Invalid value for --free: {error.reason}") from None
