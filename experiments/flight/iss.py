@@ -39,9 +39,9 @@ def main() -> None:
     jaxsat.set_up_jax()
     from fitting.sensed_run import fit_table
     from fitting.sensed_settings import SensedSettings
-    from jaxsat.satellites import read_sensed
+    from jaxsat.satellites import read_satellite
 
-    satellite = read_sensed(HERE / "iss.sat.toml")
+    satellite = read_satellite(HERE / "iss.sat.toml")
     session = jaxsat.read_telemetry(EXCERPT if arguments.data is None else arguments.data / FULL, satellite)
     end = session.span_s[1]
 

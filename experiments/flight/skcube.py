@@ -108,9 +108,9 @@ def main() -> None:
     import jaxsat
 
     jaxsat.set_up_jax()
-    from jaxsat.satellites import read_sensed
+    from jaxsat.satellites import read_satellite
 
-    satellite = read_sensed(SATELLITE)
+    satellite = read_satellite(SATELLITE)
     flown = [fly(satellite, arguments.data, arguments.out, each) for each in PASSES]
     evenings = [each.begin for each in PASSES if each.after_shadow]
     late = behind(arguments.data, satellite.orbit.tle, evenings)

@@ -33,10 +33,10 @@ def document_of(table: Path, satellite_file: Path, holdout: float) -> dict[str, 
     set_up_jax()
     from fitting.sensed_run import fit_table
     from fitting.sensed_settings import SensedSettings
-    from jaxsat.satellites import read_sensed
+    from jaxsat.satellites import read_satellite
     from jaxsat.telemetry.table.reading import read_tables
 
-    satellite = read_sensed(satellite_file)
+    satellite = read_satellite(satellite_file)
     session = read_tables(table, satellite)
     result = fit_table(satellite, session, SensedSettings(holdout=holdout)).result
     return {

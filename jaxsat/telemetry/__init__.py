@@ -22,6 +22,7 @@ from jaxsat.telemetry.raw_sun.reading import RawSunFile as RawSunFile
 from jaxsat.telemetry.raw_sun.reading import read_raw_sun as read_raw_sun
 from jaxsat.telemetry.raw_sun.settings import CleaningSettings as CleaningSettings
 from jaxsat.telemetry.raw_sun.writing import raw_sun_text as raw_sun_text
+from jaxsat.telemetry.readers import read_session as read_session
 from jaxsat.telemetry.readers import read_telemetry as read_telemetry
 from jaxsat.telemetry.table.motion import motion_for as motion_for
 from jaxsat.telemetry.table.orbit import orbit_for as orbit_for

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import overload
 
 from jaxsat.errors import InputError
 from jaxsat.satellites.numbers import SatelliteNumbers
@@ -17,43 +16,33 @@ RAW_SUN = ".RAW_SUN"
 """Ending of the files of Munin."""
 
 
-@overload
 def read_telemetry(
     path: str | Path | Sequence[str | Path], satellite: Satellite, *, cleaning: CleaningSettings | None = None
-) -> TableSession: ...
-@overload
-def read_telemetry(
-    path: str | Path, satellite: SatelliteNumbers | None = None, *, cleaning: CleaningSettings | None = None
-) -> Session: ...
-@overload
-def read_telemetry(
-    path: str | Path, satellite: SatelliteNumbers | Satellite | None, *, cleaning: CleaningSettings | None = None
-) -> Session | TableSession: ...
-def read_telemetry(
-    path: str | Path | Sequence[str | Path],
-    satellite: SatelliteNumbers | Satellite | None = None,
-    *,
-    cleaning: CleaningSettings | None = None,
-) -> Session | TableSession:
-    """Returns the session of a table, or of several joined by time, or of a RAW_SUN file.
+) -> TableSession:
+    """Returns the session of a table, or of several joined by time, or of one RAW_SUN file.
 
-    A table (CSV or Parquet) is read by what the file of its satellite says of columns, units and stamps, and so is a
-    file that ends in .RAW_SUN with a satellite that has sensors; else a RAW_SUN file is that of a satellite of Munin's
-    kind, Munin where none is given, whose numbers say how much light its panels can see. Every row that is left out is
-    in `rejections` with its reason. Raises `InputError` with file, row and field where the file is none, or nothing
-    usable is left of it.
+    A table (CSV or Parquet) is read by what the file of its satellite says of columns, units and stamps; a file that
+    ends in .RAW_SUN is cleaned as `cleaning` says, and its columns have the names that `munin.sat.toml` gives them.
+    Every row that is left out is in `rejections` with its reason. Raises `InputError` with file, row and field where
+    the file is none, or nothing usable is left of it.
     """
-    if isinstance(satellite, Satellite):
-        paths = [Path(path)] if isinstance(path, str | Path) else [Path(each) for each in path]
-        raw_sun = [each for each in paths if each.suffix.upper() == RAW_SUN]
-        if raw_sun and len(paths) > 1:
-            raise InputError("is one session by itself: tables alone are joined", file=raw_sun[0])
-        if raw_sun:
-            return _raw_sun_table(raw_sun[0], satellite, cleaning or CleaningSettings())
-        return read_tables(paths, satellite)
-    if not isinstance(path, str | Path):
-        raise InputError("several files are one session only as tables, with a satellite file that has [sensors]")
-    return clean(read_raw_sun(Path(path)), cleaning, satellite)
+    paths = [Path(path)] if isinstance(path, str | Path) else [Path(each) for each in path]
+    raw_sun = [each for each in paths if each.suffix.upper() == RAW_SUN]
+    if raw_sun and len(paths) > 1:
+        raise InputError("is one session by itself: tables alone are joined", file=raw_sun[0])
+    if raw_sun:
+        return _raw_sun_table(raw_sun[0], satellite, cleaning or CleaningSettings())
+    return read_tables(paths, satellite)
+
+
+def read_session(
+    path: str | Path, numbers: SatelliteNumbers | None = None, *, cleaning: CleaningSettings | None = None
+) -> Session:
+    """Returns the cleaned session of a RAW_SUN file of a satellite of Munin's kind, Munin where no `numbers` are given.
+
+    They say how much light its panels can see. Raises `InputError` as `read_telemetry`.
+    """
+    return clean(read_raw_sun(Path(path)), cleaning, numbers)
 
 
 def _raw_sun_table(path: Path, satellite: Satellite, cleaning: CleaningSettings) -> TableSession:

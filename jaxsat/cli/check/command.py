@@ -34,11 +34,11 @@ def check(
     from jaxsat.cli.shared.terminal import show
     from jaxsat.files.json_files import plain, write_json
     from jaxsat.files.staging import staged_directory
-    from jaxsat.satellites import read_sensed
+    from jaxsat.satellites import read_satellite
     from jaxsat.telemetry import read_telemetry
     from jaxsat.telemetry.checks import check_session
 
-    found = read_sensed(satellite)
+    found = read_satellite(satellite)
     checked = check_session(found, read_telemetry(files, found))
     if out is not None:
         with staged_directory(out, FILES) as stage:

@@ -9,11 +9,11 @@ from cyclopts import CycloptsError
 
 from fitting.sensed_run import chosen_leaves
 from fitting.sensed_settings import SensedSettings
-from jaxsat.cli.settings.munin import LIMB, satellite_of_config
 from jaxsat.errors import InputError
 from jaxsat.given import Given
-from jaxsat.satellites import Satellite, read_sensed
-from jaxsat.telemetry import TableSession, read_telemetry
+from jaxsat.satellites import Satellite, read_satellite
+from jaxsat.satellites.described import LIMB
+from jaxsat.telemetry import TableSession, read_session, read_telemetry
 from jaxsat.telemetry.limb_angles import limb_channel
 from jaxsat.telemetry.raw_sun.table import table_of
 
@@ -42,7 +42,7 @@ class OfTables:
     @staticmethod
     def by(path: Path, options: Mapping[str, object]) -> "OfTables":
         """Reads the satellite file; raises `InputError`, and CycloptsError for a `free` that it does not have."""
-        satellite = read_sensed(path)
+        satellite = read_satellite(path)
         _check_free(satellite, options.get("free"))
         return OfTables(satellite, options)
 
@@ -67,7 +67,7 @@ class OfRawSun:
         """Raises CycloptsError where `free`, of the command line, names what Munin has not."""
         # Under a weight of zero the file is not looked at, as that of `vesABlimb` = 0 may be missing or a dummy.
         limb = limb if config.fit.limb_weight > 0.0 else None
-        satellite = satellite_of_config(config, limb=limb is not None)
+        satellite = config.described(limb=limb is not None)
         settings = config.fit.settings
         if holdout is not None:
             settings = settings.changed(holdout=holdout)
@@ -78,7 +78,7 @@ class OfRawSun:
         """The one file is a session; raises `InputError`."""
         (path,) = files
         config, limb = self.config, self.limb
-        cleaned = read_telemetry(path, config.satellite, cleaning=config.cleaning)
+        cleaned = read_session(path, config.numbers, cleaning=config.cleaning)
         cleaned = cleaned.with_time_zero(config.time.zero_s)
         own = {name: channel for name, channel in self.satellite.channels.items() if name != LIMB}
         session = table_of(cleaned, replace(self.satellite, channels=own))

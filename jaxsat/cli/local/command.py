@@ -138,13 +138,13 @@ def local(
     from jaxsat.cli.local.files import FILES, local_summary, write_local
     from jaxsat.cli.shared.terminal import show
     from jaxsat.files.staging import staged_directory
-    from jaxsat.telemetry import read_telemetry
+    from jaxsat.telemetry import read_session
 
     with staged_directory(out, FILES) as stage:
-        session = read_telemetry(file or BUNDLED, settings.satellite, cleaning=settings.cleaning)
+        session = read_session(file or BUNDLED, settings.numbers, cleaning=settings.cleaning)
         prepared = prepare_session(session, settings.given)
         chosen = {"noise_mA": settings.fit.noise_mA, "arc_s": settings.fit.arc_s, "earth": earth}
-        observed, samples = local_samples(prepared, settings.satellite, **chosen)
+        observed, samples = local_samples(prepared, settings.numbers, **chosen)
         limits: dict[str, Any] = {"albedo_max": albedo_max, "direct_sigma": direct_sigma, "x": x}
         if method == "sun-field":
             limits["sun_sigma_deg"] = SUN_SIGMA_DEG if sun_sigma_deg is None else sun_sigma_deg

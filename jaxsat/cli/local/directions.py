@@ -28,10 +28,10 @@ def local_directions(
     from jaxsat.cli.local.files import FILES
     from jaxsat.cli.shared.terminal import show
     from jaxsat.files.staging import staged_directory
-    from jaxsat.satellites import read_sensed
+    from jaxsat.satellites import read_satellite
     from jaxsat.telemetry import read_telemetry
 
-    craft = read_sensed(satellite)
+    craft = read_satellite(satellite)
     if not any(sensor.sees not in (None, "rate") for sensor in craft.model.sensors.values()):
         raise InputError("has no sensor that sees a direction or stars by itself", file=satellite, field="sensors")
     with staged_directory(out, FILES) as stage:

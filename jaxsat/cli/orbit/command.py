@@ -72,10 +72,10 @@ def orbit(
     from jaxsat.files.csv_files import write_columns_csv
     from jaxsat.files.json_files import plain, write_json
     from jaxsat.files.staging import staged_directory
-    from jaxsat.telemetry import read_telemetry
+    from jaxsat.telemetry import read_session
 
     with staged_directory(out, FILES) as stage:
-        session = read_telemetry(file, settings.satellite, cleaning=settings.cleaning)
+        session = read_session(file, settings.numbers, cleaning=settings.cleaning)
         everything, kept = fit_without_doubtful(
             session.t_s,
             session.position_eci_m,

@@ -49,17 +49,17 @@ def prepare(
     from jaxsat.files.json_files import plain, write_json
     from jaxsat.files.staging import staged_directory
     from jaxsat.numerics import set_up_jax
-    from jaxsat.telemetry import read_telemetry
+    from jaxsat.telemetry import read_session
 
     set_up_jax()
     with staged_directory(out, FILES) as stage:
-        session = read_telemetry(file or BUNDLED, settings.satellite, cleaning=settings.cleaning)
+        session = read_session(file or BUNDLED, settings.numbers, cleaning=settings.cleaning)
         prepared = prepare_session(session, settings.given)
         if plots:
             for name, png in draw_preparation(prepared).items():
                 (stage / name).write_bytes(png)
         write_samples_csv(stage / "samples.csv", prepared.session)
-        write_json(stage / "prepare.json", plain(preparation_document(prepared, settings.satellite, settings.fit))[0])
+        write_json(stage / "prepare.json", plain(preparation_document(prepared, settings.numbers, settings.fit))[0])
     show(preparation_summary(prepared.session, prepared.orbit_fit, prepared.label), f"\nresults in {out}")
     return 0
 

@@ -6,7 +6,8 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from fitting.sensed_settings import SensedSettings
 from fitting.settings import AdaptiveRules
-from jaxsat.setting_types import Interval, NonNegative, Positive, Section
+from jaxsat.satellites.described import PriorSigma, Readings
+from jaxsat.setting_types import Interval, NonNegative, Positive
 
 
 def _free(value: object) -> object:
@@ -15,21 +16,7 @@ def _free(value: object) -> object:
     return value
 
 
-class PriorSigma(Section):
-    """Weak priors about the nominal values, 1-sigma."""
-
-    magnet_A_m2: Positive = Field(default=0.05, description="each component [A m2]")
-    rods_A_m2: Positive = Field(default=0.05, description="each rod [A m2]")
-    imax_relative: Positive = Field(default=0.2, description="relative to imax_mA [1]")
-    gains: Positive = Field(default=0.1, description="each gain [1]")
-    inertia_relative: Positive = Field(
-        default=0.15, description="each entry, relative to the mean moment of inertia [1]"
-    )
-    albedo: Positive = Field(default=0.5, description="each reflectivity [1]")
-    tilts_deg: Positive = Field(default=2.0, description="each turn of a panel [deg]")
-
-
-class FitSection(Section):
+class FitSection(Readings):
     """What is fitted, to which samples and how hard it is tried."""
 
     free: Annotated[str, BeforeValidator(_free)] = Field(
@@ -42,13 +29,6 @@ class FitSection(Section):
     )
     starts: int = Field(default=256, ge=1, le=65536, description="random starts of the search")
     seed: int = Field(default=0, ge=0, lt=2**32, description="seed of the starts")
-    noise_mA: Positive = Field(default=2.0, description="1-sigma of a current [mA]")
-    quantum_mA: NonNegative = Field(default=1.0, description="step in which currents are telemetered [mA]")
-    zero_is_floor: bool = Field(
-        default=True,
-        description="a current of 0 was half a step or less, for the telemetry has nothing below it; false where 0 is "
-        "a current as any other",
-    )
     max_rate_deg_s: Positive = Field(default=1.5, le=30, description="highest angular rate of the starts [deg/s]")
     step_s: float = Field(
         default=32.0, gt=0, le=60, description="longest integration step; shorter where the rate asks for it [s]"

@@ -2,7 +2,9 @@
 
 from jaxsat.cli.settings.fit import FitSection
 from jaxsat.given import Earth, Given, Orbit, Sun, Time
+from jaxsat.satellites.described import Readings, described
 from jaxsat.satellites.numbers import Albedo, SatelliteNumbers, Spacecraft
+from jaxsat.satellites.satellite import Satellite
 from jaxsat.setting_types import Section
 from jaxsat.synthetic.settings import SimulationSettings
 from jaxsat.telemetry.raw_sun.settings import CleaningSettings
@@ -27,6 +29,17 @@ class Config(Section):
         return Given(orbit=self.orbit, time=self.time, earth=self.earth, sun=self.sun)
 
     @property
-    def satellite(self) -> SatelliteNumbers:
+    def numbers(self) -> SatelliteNumbers:
         """The nominal satellite and the Earth's light on it."""
         return SatelliteNumbers(spacecraft=self.spacecraft, albedo=self.albedo)
+
+    def described(self, *, limb: bool = False) -> Satellite:
+        """The same as a satellite with sensors, with `limb` of limb angles too; raises `InputError`."""
+        fit = self.fit
+        return described(
+            self.numbers,
+            prior=fit.prior_sigma,
+            readings=Readings(**{name: getattr(fit, name) for name in Readings.model_fields}),
+            limb_sigma_deg=fit.limb_sigma_deg / fit.limb_weight**0.5 if limb else None,
+            earth_radius_km=self.earth.radius_km,
+        )

@@ -126,7 +126,7 @@ def simulate(
     from jaxsat.synthetic.files import FILES, write_simulation
     from jaxsat.synthetic.session import SessionPlan, make_session
 
-    plan = SessionPlan(settings.simulate, settings.satellite, settings.given, settings.cleaning, file=config)
+    plan = SessionPlan(settings.simulate, settings.numbers, settings.given, settings.cleaning, file=config)
 
     with staged_directory(out, FILES) as stage:
         session = make_session(plan)

@@ -21,9 +21,9 @@ def simulate_sensed(
     from jaxsat.numerics import set_up_jax
 
     set_up_jax()
-    from jaxsat.satellites import read_sensed
+    from jaxsat.satellites import read_satellite
 
-    craft = read_sensed(satellite)
+    craft = read_satellite(satellite)
     from jaxsat.cli.shared.terminal import show
     from jaxsat.cli.simulate.text import twin_summary
     from jaxsat.files.staging import staged_directory

@@ -88,13 +88,13 @@ def turn(
     from jaxsat.files.staging import staged_directory
     from jaxsat.math import quaternion
     from jaxsat.panel_names import PANEL_NAMES
-    from jaxsat.telemetry import read_telemetry
+    from jaxsat.telemetry import read_session
 
     with staged_directory(out, FILES) as stage:
-        session = read_telemetry(file or BUNDLED, settings.satellite, cleaning=settings.cleaning)
+        session = read_session(file or BUNDLED, settings.numbers, cleaning=settings.cleaning)
         prepared = prepare_session(session, settings.given)
         noise, arc = settings.fit.noise_mA, settings.fit.arc_s
-        observed, samples = local_samples(prepared, settings.satellite, noise_mA=noise, arc_s=arc)
+        observed, samples = local_samples(prepared, settings.numbers, noise_mA=noise, arc_s=arc)
         light_seen = np.max(samples.currents, axis=1) >= 2e-3
         k = int(np.argmax(light_seen)) if at is None else int(np.argmin(np.abs(observed.t - at)))
         t, measured = float(observed.t[k]), jnp.asarray(samples.currents[k])
