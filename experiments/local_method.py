@@ -96,14 +96,14 @@ def session_samples(session: str):
     from fitting.local.methods import local_samples
     from fitting.session import prepare_session
     from jaxsat.bundled import BUNDLED
-    from jaxsat.satellites import read_satellite
-    from jaxsat.telemetry import read_telemetry
+    from jaxsat.satellites import read_numbers
+    from jaxsat.telemetry import read_session
 
     path = BUNDLED.parent / f"{FILES[session]}.RAW_SUN"
     truth = json.loads(path.with_suffix(".truth.json").read_text())
-    satellite = read_satellite(changed={"spacecraft.imax_mA": truth["cfg"]["imax"]})
-    prepared = prepare_session(read_telemetry(path, satellite))
-    return prepared, *local_samples(prepared, satellite, noise_mA=2.0), truth
+    satellite = read_numbers(changed={"spacecraft.imax_mA": truth["cfg"]["imax"]})
+    prepared = prepare_session(read_session(path, satellite))
+    return prepared, local_samples(prepared, satellite, noise_mA=2.0), truth
 
 
 def errors_deg(solutions, truth) -> np.ndarray:
@@ -142,13 +142,13 @@ def table(samples, truth, times) -> list[dict]:
     return rows
 
 
-def all_methods(prepared, observed, samples, truth) -> dict:
+def all_methods(prepared, samples, truth) -> dict:
     """Errors over the session of each method, of its best attitude and of the nearest that it lists."""
     from fitting.local.methods import solve
 
     result = {}
     for method in ("field-roll", "five-parameter", "sun-field"):
-        found = solve(method, prepared, observed, samples, x="along")
+        found = solve(method, prepared, samples, x="along")
         errors = errors_deg(found, truth)
         lit = found.count > 0
         result[method] = {
@@ -209,8 +209,8 @@ def main() -> None:
             end="",
         )
         print(f" off the field, direct {row['direct']:.3f}, albedo {row['albedo']:.3f}")
-    prepared, observed, samples, truth = session_samples(arguments.session)
-    rows = table(samples, truth, observed.t)
+    prepared, samples, truth = session_samples(arguments.session)
+    rows = table(samples, truth, samples.t)
     print(
         "     t  lit | residual, mA   angle  error  listed |  exact: error | I_max known: error   1 sigma | true angle"
     )
@@ -221,7 +221,7 @@ def main() -> None:
             f"{m['error_deg']:6.1f} {m['solutions']:7d} | {e['error_deg']:13.1f} | {i['error_deg']:18.1f} "
             f"{i['sigma_deg']:9.1f} | {row['true_field_angle_deg']:10.2f}"
         )
-    methods = all_methods(prepared, observed, samples, truth)
+    methods = all_methods(prepared, samples, truth)
     for name, found in methods.items():
         print(
             f"{name:15s} {found['samples']:3d} samples, median error {found['median_error_deg']:.1f} deg, of the "
@@ -238,7 +238,7 @@ def main() -> None:
     from jaxsat.files.json_files import json_text, plain
 
     (arguments.out / "local_method.json").write_text(json_text(plain(report)[0]))
-    picture(rows, methods, observed.t, truth, FILES[arguments.session], arguments.out / "local_method.png")
+    picture(rows, methods, samples.t, truth, FILES[arguments.session], arguments.out / "local_method.png")
 
 
 if __name__ == "__main__":

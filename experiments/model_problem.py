@@ -1,7 +1,7 @@
 """The model problem of Penkov et al. 2009: the k that makes I(k) = int_1^100 (sin t - sin kt)^2 dt least, from any k0.
 
 The answer is k = 1. Between side minima, at 0.92277 and 1.07684 the nearest, a local method finds it only from within
-about +-0.045; with the interval's end growing by the rule of `fitting.starts.schedule` it is found from everywhere.
+about +-0.045; with the interval's end growing by the rule of `fitting.identify` it is found from everywhere.
 
     .venv/bin/python experiments/model_problem.py --out model-problem
 """
@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from fitting.identify import ARC_ITERATIONS, FIRST_ARC, arc_ends
 from fitting.solvers.least_squares import FIRST_DAMPING, GROW, SHRINK
-from fitting.starts.schedule import FIRST_ARC_LIT, arc_schedule
 
 BEGIN, END = 1.0, 100.0
 FIRST_END = 1.6
@@ -81,12 +81,12 @@ def growing_arcs(k: np.ndarray) -> tuple[np.ndarray, list[float]]:
 
     The interval is given to the schedule as samples so close that its first arc ends at `FIRST_END`.
     """
-    spacing = (FIRST_END - BEGIN) / (FIRST_ARC_LIT - 1)
+    spacing = (FIRST_END - BEGIN) / (FIRST_ARC - 1)
     times = np.linspace(BEGIN, END, round((END - BEGIN) / spacing) + 1)
     ends = []
-    for stage in arc_schedule(np.ones(len(times), bool), len(times) - 1, ()):
-        ends.append(float(times[stage.last_sample]))
-        k = levenberg_marquardt(k, ends[-1], stage.iterations)
+    for sample in arc_ends(np.arange(len(times)), len(times) - 1):
+        ends.append(float(times[sample]))
+        k = levenberg_marquardt(k, ends[-1], ARC_ITERATIONS)
     return k, ends
 
 

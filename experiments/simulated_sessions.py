@@ -15,10 +15,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from jaxsat.given import Given, Orbit, Sun
-from jaxsat.satellites import read_satellite
+from jaxsat.satellites import read_numbers
 from jaxsat.synthetic.session import SessionPlan, make_session
 from jaxsat.synthetic.settings import SimulationSettings
-from jaxsat.telemetry import read_telemetry
+from jaxsat.telemetry import read_session
 
 SESSIONS = ("a-nominal-exact", "b-specular50", "c-specular50-limited", "d-mixed-albedo", "e-tumbling")
 DATA = Path(__file__).parent.parent / "jaxsat" / "data" / "munin"
@@ -60,7 +60,7 @@ def plan_of(truth: dict, seed: int = 0) -> SessionPlan:
         simulate |= {"limit_s": cfg["clip"][:2], "limit_factors": cfg["clip"][2:]}
     # The Sun is held fixed over the session, as in the files.
     given = Given(orbit=orbit, sun=Sun(direction_eci=tuple(truth["sun"])))
-    return SessionPlan(SimulationSettings.model_validate(simulate), read_satellite(changed=satellite), given)
+    return SessionPlan(SimulationSettings.model_validate(simulate), read_numbers(changed=satellite), given)
 
 
 def differences(truth: dict, session) -> dict[str, float]:
@@ -81,7 +81,7 @@ def differences(truth: dict, session) -> dict[str, float]:
 
 def telemetry_difference(file: Path, session) -> float:
     """RMS of (their readings - ours) over lit samples and panels, with independent noise in both [mA]."""
-    theirs = read_telemetry(file)
+    theirs = read_session(file)
     rows = np.rint((theirs.epoch.seconds_since(session.epoch) + theirs.t_s) / 64.0).astype(int)
     difference = theirs.currents_mA - session.telemetered_mA[rows]
     seen = np.asarray(session.truth.current)[rows] > 0.0

@@ -26,8 +26,8 @@ from jaxsat.satellites.model import Model
 
 COARSE_TOLERANCE, FINE_TOLERANCE = 4e-2, 2e-4
 """Integration error over the session allowed while arcs grow and at the end [rad]."""
-FIRST_ARC, ARC_GROWTH = 7, 1.57
-"""Telling samples of the first arc, and how much longer each next one is."""
+FIRST_ARC, ARC_GROWTH, ARC_ITERATIONS = 7, 1.57, 8
+"""Telling samples of the first arc, how much longer each next one is, and the solver's steps on each."""
 KEEP = (48, 32, 24, 16, 12, 8)
 """Starts that enter the second, third, ... arc; half of them of each convention where several are tried."""
 ROBUST_SCALE = 5.0
@@ -176,18 +176,26 @@ def arcs(seen: np.ndarray, last: int, parameters: FreeParameters) -> list[Stage]
     state, everything = parameters.active([]), parameters.everything
     without_inertia = parameters.active([name for name in names if name not in inertia])
 
-    def stage(count: int | float, keep: int, iterations: int, active: np.ndarray) -> Stage:
-        whole = count * 1.2 >= len(seen)
-        sample = last if whole else int(seen[int(round(count)) - 1])
+    def stage(sample: int, keep: int, iterations: int, active: np.ndarray) -> Stage:
         return Stage(sample, keep, iterations, ROBUST_SCALE, active)
 
-    count: int | float = FIRST_ARC
-    stages = [stage(count, 10**9, 5, state), stage(count, KEEP[0], 8, without_inertia)]
-    while stages[-1].last_sample < last:
-        count *= ARC_GROWTH
+    first, *longer = arc_ends(seen, last)
+    stages = [stage(first, 10**9, 5, state), stage(first, KEEP[0], ARC_ITERATIONS, without_inertia)]
+    for sample in longer:
         keep = KEEP[min(len(stages) - 1, len(KEEP) - 1)]
-        stages.append(stage(count, keep, 8, without_inertia if len(stages) == 2 else everything))
+        stages.append(stage(sample, keep, ARC_ITERATIONS, without_inertia if len(stages) == 2 else everything))
     return stages
+
+
+def arc_ends(seen: np.ndarray, last: int) -> list[int]:
+    """Last sample of each arc, of samples that see something; that of the last arc is `last`."""
+    count: int | float = FIRST_ARC
+    ends = []
+    while not ends or ends[-1] < last:
+        whole = count * 1.2 >= len(seen)
+        ends.append(last if whole else int(seen[int(round(count)) - 1]))
+        count *= ARC_GROWTH
+    return ends
 
 
 def _seen_rate(sights: Sights) -> float:

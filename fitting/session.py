@@ -1,10 +1,10 @@
-"""From a session to what a fit starts from: its orbit, the Earth's rotation, the Sun, and the samples of an arc."""
+"""A RAW_SUN session with its orbit, the Earth's rotation and the Sun, for what works on its samples one by one."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fitting.measurements.observations import Observations
+from fitting.measurements.sky import Around
 from fitting.orbit.orbit_fit import OrbitFit, fit_orbit, given_orbit
 from jaxsat.bundled import told_names
 from jaxsat.constants import EARTH_MU
@@ -50,12 +50,17 @@ class PreparedSession:
         """[time 3] unit vectors to the Sun."""
         return sun_directions(self.session.epoch, t_s, fixed=self.given.sun.direction_eci)
 
-    def observations(self, arc_s: tuple[float, float] | None = None, limb: np.ndarray | None = None) -> Observations:
-        """Samples of an arc [t0, t1], of all by default; raises `InputError` where they cannot tell an attitude.
+    @property
+    def around(self) -> Around:
+        """What the session happens in; the Earth's shadow has a sharp edge."""
+        earth, session = self.given.earth, self.session
+        scalars = (self.greenwich_angle, earth.rotation_rate_rad_s, 1e3 * earth.radius_km)
+        field = igrf_field(session.epoch.decimal_year())
+        return Around(self.orbit_fit.orbit, field, *(np.asarray(x) for x in scalars), sharp=True)
 
-        `limb` [time 2] are the limb angles at all samples of the session [rad], NaN where not measured.
-        """
-        session, earth = self.session, self.given.earth
+    def within(self, arc_s: tuple[float, float] | None = None) -> np.ndarray:
+        """[time] bool: samples of an arc [t0, t1], of all by default; `InputError` where they tell no attitude."""
+        session = self.session
         inside = np.ones(len(session.t_s), bool)
         if arc_s is not None:
             begin, end = arc_s
@@ -68,17 +73,7 @@ class PreparedSession:
                     field="arc",
                 )
         check_usable(replace(session, t_s=session.t_s[inside], currents_mA=session.currents_mA[inside]))
-        return Observations(
-            t=session.t_s[inside],
-            currents=1e-3 * session.currents_mA[inside],
-            orbit=self.orbit_fit.orbit,
-            field=igrf_field(session.epoch.decimal_year()),
-            greenwich_angle=self.greenwich_angle,
-            earth_rotation_rate=earth.rotation_rate_rad_s,
-            earth_radius=1e3 * earth.radius_km,
-            sun_eci=self.sun_eci(session.t_s)[inside],
-            limb=None if limb is None else limb[inside],
-        )
+        return inside
 
 
 def prepare_session(session: Session, given: Given | None = None) -> PreparedSession:

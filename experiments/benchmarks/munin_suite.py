@@ -69,7 +69,7 @@ def local_programs(count: int) -> dict:
     earth = Albedo(jnp.asarray(0.5), jnp.asarray(0.0))
     currents = jax.jit(jax.vmap(lambda q, light: panel_currents(q, panels, earth, light)))(q, light)
     noisy = np.maximum(np.round(1e3 * np.asarray(currents) + rng.normal(scale=2.0, size=(count, 6))), 0.0) * 1e-3
-    samples = LocalSamples(noisy, field, light, panels, mirror_earth(), 2e-3)
+    samples = LocalSamples(np.arange(count), noisy, field, light, panels, mirror_earth(), 2e-3)
     sun_body, field_body = (
         np.asarray(jax.vmap(quaternion.rotate_inverse)(jnp.asarray(q), v)) for v in (light.sun_eci, jnp.asarray(field))
     )

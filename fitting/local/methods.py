@@ -8,9 +8,8 @@ import numpy as np
 from fitting.local.session import LocalSamples, solve_field_roll, solve_five_parameters, solve_sun_field
 from fitting.local.shares import mirror_earth, mirror_light
 from fitting.local.solutions import LocalSolutions
-from fitting.measurements.observations import Observations, tabulate
+from fitting.measurements.sky import sky_at
 from fitting.session import PreparedSession
-from jaxsat.errors import InputError
 from jaxsat.satellites import SatelliteNumbers
 from jaxsat.satellites.assembly import assembled_panels
 from jaxsat.sensors import Albedo
@@ -29,25 +28,18 @@ def local_samples(
     noise_mA: float,
     arc_s: tuple[float, float] | None = None,
     earth: Literal["mirror", "diffuse"] = "mirror",
-) -> tuple[Observations, LocalSamples]:
+) -> LocalSamples:
     """Samples of the arc with the light and the field on them; raises `InputError`."""
-    try:
-        observed = prepared.observations(arc_s)
-    except InputError as error:
-        raise InputError(error.reason, file=prepared.session.path, row=error.row, field=error.field) from None
-    table, light = tabulate(
-        observed.orbit,
-        observed.field,
-        *(jnp.asarray(x) for x in (observed.greenwich_angle, observed.earth_rotation_rate, observed.earth_radius)),
-        observed.t,
-        observed.t,
-        observed.sun_eci,
-    )
+    inside, session = prepared.within(arc_s), prepared.session
+    t = session.t_s[inside]
+    sky = sky_at(prepared.around, t, prepared.sun_eci(t), {})
+    assert sky.light is not None
     mirror = earth == "mirror"
-    return observed, LocalSamples(
-        observed.currents,
-        np.asarray(table.b_field_eci),
-        mirror_light(light) if mirror else light,
+    return LocalSamples(
+        t,
+        1e-3 * session.currents_mA[inside],
+        np.asarray(sky.b_field_eci),
+        mirror_light(sky.light) if mirror else sky.light,
         assembled_panels(satellite),
         mirror_earth() if mirror else Albedo(jnp.asarray(0.0), jnp.asarray(1.0)),
         1e-3 * noise_mA,
@@ -57,7 +49,6 @@ def local_samples(
 def solve(
     method: Method,
     prepared: PreparedSession,
-    observed: Observations,
     samples: LocalSamples,
     *,
     albedo_max: float | None = None,
@@ -74,7 +65,7 @@ def solve(
     if method == "field-roll":
         return solve_field_roll(samples, max_albedo=limit, **given)
     session = prepared.session
-    readings = 1e-6 * session.b_field_uT[np.isin(session.t_s, observed.t)]
+    readings = 1e-6 * session.b_field_uT[np.isin(session.t_s, samples.t)]
     field_body = np.column_stack([np.full(len(readings), np.nan), readings])
     return solve_sun_field(
         samples,

@@ -39,6 +39,8 @@ _UNSEEN = 1e-9
 class LocalSamples:
     """Samples with the light and the field that they met, SI."""
 
+    t: np.ndarray
+    """[samples] [s]."""
     currents: np.ndarray
     """[samples 6] +X -X +Y -Y +Z -Z [A]."""
     b_field_eci: np.ndarray

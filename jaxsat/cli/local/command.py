@@ -144,13 +144,13 @@ def local(
         session = read_session(file or BUNDLED, settings.numbers, cleaning=settings.cleaning)
         prepared = prepare_session(session, settings.given)
         chosen = {"noise_mA": settings.fit.noise_mA, "arc_s": settings.fit.arc_s, "earth": earth}
-        observed, samples = local_samples(prepared, settings.numbers, **chosen)
+        samples = local_samples(prepared, settings.numbers, **chosen)
         limits: dict[str, Any] = {"albedo_max": albedo_max, "direct_sigma": direct_sigma, "x": x}
         if method == "sun-field":
             limits["sun_sigma_deg"] = SUN_SIGMA_DEG if sun_sigma_deg is None else sun_sigma_deg
             limits["field_sigma_uT"] = FIELD_SIGMA_UT if field_sigma_ut is None else field_sigma_ut
-        solutions = solve(method, prepared, observed, samples, **limits)
+        solutions = solve(method, prepared, samples, **limits)
         options = {"method": method, "program": PROGRAM[method], "earth": earth, **limits}
-        write_local(stage, prepared, observed, samples, solutions, options=options, began=began, plots=plots)
+        write_local(stage, prepared, samples, solutions, options=options, began=began, plots=plots)
     show(local_summary(solutions, f"{prepared.label}, {method}"), f"\nresults in {out}")
     return 0 if solutions.count.any() else 3

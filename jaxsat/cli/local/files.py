@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
     from fitting.local.session import LocalSamples
     from fitting.local.solutions import LocalSolutions
-    from fitting.measurements.observations import Observations
     from fitting.session import PreparedSession
     from jaxsat.time import Epoch
 
@@ -53,7 +52,6 @@ CURRENT_COLUMNS = {
 def write_local(
     directory: Path,
     prepared: "PreparedSession",
-    observed: "Observations",
     samples: "LocalSamples",
     solutions: "LocalSolutions",
     *,
@@ -65,11 +63,11 @@ def write_local(
     epoch = prepared.session.epoch
     direct, albedo = modelled_mA(samples, solutions)
     measured = 1e3 * samples.currents
-    _write_attitudes(directory / "attitude.csv", observed.t, epoch, solutions)
+    _write_attitudes(directory / "attitude.csv", samples.t, epoch, solutions)
     table = np.hstack([measured, direct, albedo, measured - albedo])
-    write_numbers_csv(directory / "currents.csv", CURRENT_COLUMNS, observed.t, epoch, table)
+    write_numbers_csv(directory / "currents.csv", CURRENT_COLUMNS, samples.t, epoch, table)
     if plots:
-        figures = draw_local(observed, samples, solutions, direct, albedo, prepared.subtitle, options["method"])
+        figures = draw_local(samples, solutions, direct, albedo, prepared.subtitle, options["method"])
         for name, png in figures.items():
             (directory / name).write_bytes(png)
     document = {
@@ -81,7 +79,7 @@ def write_local(
         "convention": CONVENTION,
         "status_counts": dict(Counter(solutions.status)),
         "reasons": dict(Counter(reason for reason in solutions.reason if reason)),
-        "samples": _samples(observed.t, solutions),
+        "samples": _samples(samples.t, solutions),
         "timing_s": {"total": time.perf_counter() - began},
     }
     write_json(directory / "local.json", plain(document)[0])
@@ -148,7 +146,7 @@ def modelled_mA(samples: "LocalSamples", solutions: "LocalSolutions") -> tuple[n
     return direct, albedo
 
 
-def draw_local(observed, samples, solutions, direct, albedo, subtitle, method) -> dict[str, bytes]:
+def draw_local(samples, solutions, direct, albedo, subtitle, method) -> dict[str, bytes]:
     """Returns the pictures as PNG by file name."""
     import jax
 
@@ -167,7 +165,7 @@ def draw_local(observed, samples, solutions, direct, albedo, subtitle, method) -
         name, extent = "roll: direction of the Sun about body x, from y towards z, deg", (-180.0, 180.0)
     figures = {
         "attitude.png": draw_local_attitudes(
-            observed.t,
+            samples.t,
             angle,
             np.degrees(solutions.sigma[:, 0]),
             1e3 * solutions.rms[:, 0],
@@ -179,7 +177,7 @@ def draw_local(observed, samples, solutions, direct, albedo, subtitle, method) -
             subtitle=subtitle,
         ),
         "currents.png": draw_currents(
-            observed.t,
+            samples.t,
             measured,
             np.nan_to_num(direct + albedo),
             np.nan_to_num(direct),

@@ -94,10 +94,10 @@ def turn(
         session = read_session(file or BUNDLED, settings.numbers, cleaning=settings.cleaning)
         prepared = prepare_session(session, settings.given)
         noise, arc = settings.fit.noise_mA, settings.fit.arc_s
-        observed, samples = local_samples(prepared, settings.numbers, noise_mA=noise, arc_s=arc)
+        samples = local_samples(prepared, settings.numbers, noise_mA=noise, arc_s=arc)
         light_seen = np.max(samples.currents, axis=1) >= 2e-3
-        k = int(np.argmax(light_seen)) if at is None else int(np.argmin(np.abs(observed.t - at)))
-        t, measured = float(observed.t[k]), jnp.asarray(samples.currents[k])
+        k = int(np.argmax(light_seen)) if at is None else int(np.argmin(np.abs(samples.t - at)))
+        t, measured = float(samples.t[k]), jnp.asarray(samples.currents[k])
         light = jax.tree.map(lambda leaf: leaf[k], samples.light)
         field = jnp.asarray(samples.b_field_eci[k])
         if axis_body is not None:

@@ -13,7 +13,7 @@ from fitting.local import sun_and_field
 from fitting.local.session import FEW_PANELS, OTHER_WAY, LocalSamples, solve_five_parameters, solve_sun_field
 from fitting.local.shares import mirror_earth, mirror_light
 from fitting.local.sun_body import SIDES, possible_sides
-from fitting.measurements.observations import tabulate
+from fitting.measurements.sky import Around, sky_at
 from jaxsat.bundled import BUNDLED
 from jaxsat.environment import igrf_field, orbit_from_perigee_time_km_deg
 from jaxsat.math.on_host import angle_between_attitudes
@@ -45,11 +45,11 @@ def samples(quick_compilation):
     )
     t = np.array(TRUTH["t"])[CHOSEN]
     field = igrf_field(Epoch.from_utc(2001, 1, 18, 4, 54, 15.0).decimal_year())
-    numbers = (jnp.asarray(x) for x in (TRUTH["greenwich0"], 7.2921159e-5, 6371.2e3))
-    table, light = tabulate(orbit, field, *numbers, t, t, sun_eci())
+    numbers = (np.asarray(x) for x in (TRUTH["greenwich0"], 7.2921159e-5, 6371.2e3))
+    sky = sky_at(Around(orbit, field, *numbers, sharp=True), t, sun_eci(), {})
     panels = SolarPanels(box_normals(), jnp.asarray(1e-3 * TRUTH["cfg"]["imax"]), jnp.ones(6))
     currents = 1e-3 * np.array(TRUTH["currents_clean"])[CHOSEN]
-    return LocalSamples(currents, np.array(table.b_field_eci), mirror_light(light), panels, mirror_earth(), 2e-3)
+    return LocalSamples(t, currents, np.array(sky.b_field_eci), mirror_light(sky.light), panels, mirror_earth(), 2e-3)
 
 
 def sun_eci():
