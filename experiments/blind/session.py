@@ -2,31 +2,37 @@
 
 import datetime as dt
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from generate import MAX_SPIN_DEG_S, regime_of, session_file
+from scipy.spatial.transform import Rotation
 
-from fitting.estimate import FINE_TOLERANCE
+import fitting
+from fitting.identify import FINE_TOLERANCE, Identified, Minimum
 from fitting.measurements.abstract import RATE_UNIT
-from fitting.measurements.observations import Observations, build_problem
-from fitting.measurements.problem import Problem
-from fitting.outcome.result import FitResult
-from fitting.outcome.summary import summarize
-from fitting.parameters.names import DYNAMIC, GAINS, MAGNET, MODEL, TILTS, TO_UNIT
-from fitting.parameters.nominal import Nominal, nominal_model
-from fitting.parameters.parametrization import parametrization
-from fitting.session import prepare_session
-from fitting.settings import FitSettings
+from fitting.measurements.assembly import Samples, build_sensed, usable
+from fitting.outcome.sensed_result import SensedResult
+from fitting.outcome.sensed_summary import summarize_sensed
+from fitting.parameters.free import FreeParameters, free_parameters
+from fitting.sensed_run import chosen_leaves
+from fitting.sensed_settings import SensedSettings
 from fitting.solvers.refine import refine
+from fitting.starts.conventions import conventions
 from fitting.starts.multi_start import Starts
+from fitting.surroundings import surroundings
 from jaxsat.integrators import RK4, step_for
-from jaxsat.satellites import read_satellite
-from jaxsat.telemetry import read_telemetry
+from jaxsat.panel_names import PANEL_NAMES
+from jaxsat.satellites import Satellite, read_satellite
+from jaxsat.telemetry import TableSession, read_telemetry
 
-EVERYTHING = "magnet,rods,imax,inertia,albedo"
+EVERYTHING = ("magnet", "rods", "imax", "inertia", "albedo")
+MAGNET = ("magnet.x", "magnet.y", "magnet.z")
+GAINS = tuple(f"gains.{panel}" for panel in PANEL_NAMES)
+CELLS = "cells"
+"""Channel of the six currents."""
 
 
 @dataclass(frozen=True)
@@ -34,17 +40,27 @@ class BlindSession:
     """What a fit is given, and the truth."""
 
     number: int
-    observations: Observations
-    nominal: Nominal
-    settings: FitSettings
+    satellite: Satellite
+    session: TableSession
+    settings: SensedSettings
     truth: dict[str, Any]
     offset_s: float
-    """Time of the truth at t = 0 of the observations."""
+    """Time of the truth at t = 0 of the session."""
 
     def true_index(self, t_s: np.ndarray) -> np.ndarray:
-        """Samples of the truth at times of the observations."""
+        """Samples of the truth at times of the session."""
         times = np.array(self.truth["t"])
         return np.argmin(np.abs(times[None, :] - (np.asarray(t_s) + self.offset_s)[:, None]), axis=1)
+
+    def parameters(self) -> FreeParameters:
+        """What the fit frees."""
+        craft = self.satellite
+        free = chosen_leaves(craft.leaves, self.settings.free, craft.aliases)
+        return free_parameters(craft.model, craft.leaves, free, held=craft.held)
+
+    def fit(self) -> SensedResult:
+        """The blind fit."""
+        return fitting.fit(self.satellite, self.session, settings=self.settings).result
 
 
 def blind_session(number: int, cache: Path, *, hard: bool) -> BlindSession:
@@ -53,110 +69,99 @@ def blind_session(number: int, cache: Path, *, hard: bool) -> BlindSession:
     truth = json.loads(path.with_suffix(".truth.json").read_text())
     regime = regime_of(number)
     known = {"max_rate_deg_s": MAX_SPIN_DEG_S[regime]} if regime < len(MAX_SPIN_DEG_S) else {}
-    settings = FitSettings(free=EVERYTHING + (",gains" if hard else "")).changed(**known)
-    prepared = prepare_session(read_telemetry(path))
-    epoch = dt.datetime.fromisoformat(prepared.session.epoch.iso(3))
+    settings = SensedSettings(free=EVERYTHING + (("gains",) if hard else ()), **known)
+    satellite = read_satellite()
+    session = read_telemetry(path, satellite)
+    epoch = dt.datetime.fromisoformat(session.epoch.iso(3))
     offset = (epoch.replace(tzinfo=None) - dt.datetime.fromisoformat(truth["cfg"]["start"])).total_seconds()
-    return BlindSession(number, prepared.observations(), nominal_model(read_satellite()), settings, truth, offset)
+    return BlindSession(number, satellite, session, settings, truth, offset)
 
 
-def true_values(cfg: dict[str, Any], given: Nominal) -> dict[str, float]:
+def nominal(session: BlindSession) -> dict[str, float]:
+    """Nominal values by name, SI."""
+    return dict(zip(_names(session), np.asarray(session.parameters().tree.nominal).tolist(), strict=True))
+
+
+def _names(session: BlindSession) -> list[str]:
+    return [leaf.name for leaf in session.satellite.leaves]
+
+
+def true_values(session: BlindSession) -> dict[str, float]:
     """Truth by the names of fit.json, SI, with its common scales moved to where the fit's gauges hold them.
 
-    The motion is that of the truth: |magnet| is the nominal one and the mean gain is one.
+    The motion is that of the truth: |magnet| is the nominal one and the mean gain is one. What is not in it is nominal.
     """
-    scale = np.linalg.norm(given.magnet) / np.linalg.norm(cfg["magnet"])
-    J = np.array(cfg["inertia"])
+    cfg, given = session.truth["cfg"], nominal(session)
+    scale = np.linalg.norm([given[name] for name in MAGNET]) / np.linalg.norm(cfg["magnet"])
+    J = scale * np.array(cfg["inertia"])
     mean_gain = float(np.mean(cfg["panel_ratio"]))
-    dynamic = [*cfg["magnet"], *cfg["rods"], J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]]
-    sensor = [1e-3 * cfg["imax"] * mean_gain, *(np.array(cfg["panel_ratio"]) / mean_gain)]
-    values = [
-        *(scale * np.array(dynamic)),
-        *sensor,
-        cfg["albedo_specular"],
-        cfg["albedo_diffuse"],
-        *np.zeros(len(TILTS)),
-    ]
-    return dict(zip(MODEL, map(float, values), strict=True))
+    inertia = {"xx": J[0, 0], "yy": J[1, 1], "zz": J[2, 2], "xy": J[0, 1], "xz": J[0, 2], "yz": J[1, 2]}
+    return {
+        **given,
+        **{f"inertia.{name}": float(value) for name, value in inertia.items()},
+        **dict(zip(MAGNET, (scale * np.array(cfg["magnet"])).tolist(), strict=True)),
+        **dict(zip(("rods.y", "rods.z"), (scale * np.array(cfg["rods"])).tolist(), strict=True)),
+        "imax": 1e-3 * cfg["imax"] * mean_gain,
+        **dict(zip(GAINS, (np.array(cfg["panel_ratio"]) / mean_gain).tolist(), strict=True)),
+        "albedo.specular": cfg["albedo_specular"],
+        "albedo.diffuse": cfg["albedo_diffuse"],
+    }
 
 
-def step_s(session: BlindSession, spin: float, tolerance: float) -> float:
-    """The step with which `fit` integrates motions of a `spin` [rad/s] to a tolerance [rad] over the session."""
-    duration = max(float(np.ptp(session.observations.t)), 1.0)
-    return min(session.settings.step_s, step_for(RK4, spin, duration, tolerance))
-
-
-def problem_of(session: BlindSession, step: float, begin: int = 0) -> tuple[Observations, Problem, np.ndarray]:
-    """As `fit` makes them: samples from the first lit one on, the problem, and the weights of its currents.
-
-    Those from number `begin` of these samples on.
-    """
-    settings, samples = session.settings, session.observations
-    common = {"noise": 1e-3 * settings.reading_sigma_mA, "floor": settings.floor}
-    problem = build_problem(samples, max_step=step, **common)
-    first = int(np.flatnonzero(problem.bright() & problem.sunlit())[0])
-    if first + begin > 0:
-        samples = samples.since(first + begin)
-        problem = build_problem(samples, max_step=step, **common)
-    use = np.repeat(np.asarray(problem.valid).astype(float)[:, None], 6, axis=1)
-    use[problem.bright() != problem.sunlit()] = 0.0
-    return samples, problem, use
-
-
-def true_start(session: BlindSession, t_first: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The truth as a start at time `t_first` of the observations: unknowns with all parameters, attitude, rate."""
-    k = int(session.true_index(np.array([t_first]))[0])
-    parameters = parametrization(session.nominal, session.settings.free_names, session.settings.prior_sigma)
-    values = true_values(session.truth["cfg"], session.nominal)
+def true_start(session: BlindSession, parameters: FreeParameters, t_s: float) -> tuple[np.ndarray, np.ndarray]:
+    """The truth as a start at a time of the session: unknowns with all parameters, and attitude."""
+    k = int(session.true_index(np.array([t_s]))[0])
+    values = true_values(session)
     q, w = np.array(session.truth["q"][k]), np.array(session.truth["w"][k])
-    shift = parameters.shifts(np.array([values[name] for name in MODEL]))
+    shift = parameters.shifts(np.array([values[name] for name in _names(session)]))
     lower, upper = parameters.bounds()
-    return np.clip(np.concatenate([np.zeros(3), w / RATE_UNIT, shift]), lower, upper), q, w
+    return np.clip(np.concatenate([np.zeros(3), w / RATE_UNIT, shift]), lower, upper), q
 
 
-def _silent(*_: object) -> None:
-    """No word on how far a fit is."""
-
-
-def fit_from_truth(session: BlindSession) -> FitResult:
+def fit_from_truth(session: BlindSession) -> SensedResult:
     """The minimum into which the truth itself runs."""
+    parameters, model = session.parameters(), session.satellite.model
+    around, _ = surroundings(session.satellite, session.session)
+    samples = Samples.of(session.session.channels, session.session.epoch, {})
     spin = float(np.linalg.norm(session.truth["w"], axis=1).max())
     fastest = min(1.3 * spin + 1e-3, 2.0 * np.radians(session.settings.max_rate_deg_s))
-    samples, problem, use = problem_of(session, step_s(session, fastest, FINE_TOLERANCE))
-    parameters = parametrization(session.nominal, session.settings.free_names, session.settings.prior_sigma)
-    x, q, _ = true_start(session, float(samples.t[0]))
+    step = min(session.settings.step_s, step_for(RK4, fastest, float(np.ptp(samples.t)), FINE_TOLERANCE))
+    problem = build_sensed(samples, model, around, delayed=(), max_step=step, room_for=step)
+    x, q = true_start(session, parameters, float(samples.t[0]))
     start = Starts(x[None], q[None], np.zeros(1))
-    refined = refine(problem, parameters, start, use, likelihood=session.settings.likelihood, progress=_silent)
-    return summarize(samples.t, problem, parameters, refined)
+    how = {"likelihood": session.settings.likelihood, "progress": lambda *_: None}
+    refined = refine(problem, parameters, start, usable(problem, samples), **how)
+    minimum = Minimum(conventions(problem, samples, {})[0], problem, refined)
+    return summarize_sensed(Identified((minimum,), samples, parameters, len(samples.t), step, {}))
 
 
-def compare(session: BlindSession, result: FitResult) -> dict[str, Any]:
+def compare(session: BlindSession, result: SensedResult) -> dict[str, Any]:
     """Errors of a result against the truth: attitude over the arc, and everything over its sigma."""
     k = session.true_index(result.t_s)
-    conjugate = np.array(session.truth["q"])[k] * np.array([1.0, -1.0, -1.0, -1.0])
-    a, q = conjugate, result.quaternion_inertial_from_body
-    vector = a[:, :1] * q[:, 1:] + q[:, :1] * a[:, 1:] + np.cross(a[:, 1:], q[:, 1:])
-    scalar = a[:, 0] * q[:, 0] - np.sum(a[:, 1:] * q[:, 1:], axis=1)
-    sine = np.linalg.norm(vector, axis=1)
-    angle = np.degrees(2.0 * np.arctan2(sine, np.abs(scalar)))
-    turn_deg = (np.sign(scalar) * angle / np.maximum(sine, 1e-300))[:, None] * vector
-    true = true_values(session.truth["cfg"], session.nominal)
+    true_q, found_q = np.array(session.truth["q"])[k], result.quaternion_inertial_from_body
+    turn = Rotation.from_quat(true_q, scalar_first=True).inv() * Rotation.from_quat(found_q, scalar_first=True)
+    turn_deg = np.degrees(turn.as_rotvec())
+    angle = np.linalg.norm(turn_deg, axis=1)
+    true, given = true_values(session), nominal(session)
     fitted = {p.name: p for p in result.parameters}
+    to_unit = {leaf.name: leaf.to_unit for leaf in session.satellite.leaves}
+    moves = {leaf.name for leaf in session.satellite.leaves if leaf.moves}
     first = turn_deg[0] / result.attitude_sigma_deg[0]
     over_sigma = {f"attitude.{axis}": float(error) for axis, error in zip("xyz", first, strict=True)}
     dead = {name for name in GAINS if true[name] == 0.0}
-    relative = float(np.linalg.norm([fitted[name].value for name in MAGNET]) / np.linalg.norm(session.nominal.magnet))
+    size = np.linalg.norm([given[name] for name in MAGNET])
+    relative = float(np.linalg.norm([fitted[name].value for name in MAGNET]) / size)
     # A dead panel's gain cannot be stated, so the live ones alone tie the scale of gains and imax to the truth's.
     live = [name for name in GAINS if name not in dead]
     brightness = sum(true[name] for name in live) / sum(fitted[name].value for name in live)
-    scale = {name: relative for name in DYNAMIC} | {name: 1.0 / brightness for name in GAINS} | {"imax": brightness}
+    scale = dict.fromkeys(moves, relative) | {name: 1.0 / brightness for name in GAINS} | {"imax": brightness}
     values = {}
-    for name in session.settings.free:
-        unit = TO_UNIT.get(name, 1.0) * scale.get(name, 1.0)
+    for name in (p.name for p in result.parameters if p.free):
+        true_value = true[name] * to_unit[name] * scale.get(name, 1.0)
         value, sigma = fitted[name].value, fitted[name].sigma
-        values[name] = {"value": value, "truth": true[name] * unit, "sigma": sigma}
+        values[name] = {"value": value, "truth": true_value, "sigma": sigma}
         if sigma and name not in dead:
-            over_sigma[name] = (value - true[name] * unit) / sigma
+            over_sigma[name] = (value - true_value) / sigma
     return {
         "attitude_median_deg": float(np.median(angle)),
         "attitude_rms_deg": float(np.sqrt(np.mean(angle**2))),
@@ -166,13 +171,26 @@ def compare(session: BlindSession, result: FitResult) -> dict[str, Any]:
     }
 
 
-def truncated_cost(session: BlindSession, result: FitResult, limit: float = 30.0) -> float:
+def left_out(result: SensedResult) -> int:
+    """Samples of the currents that the fit did not use."""
+    cells = result.channels[CELLS]
+    return int((~cells.used & cells.fitted).sum())
+
+
+def truncated_cost(session: BlindSession, result: SensedResult, limit: float = 30.0) -> float:
     """Chi2 with no sample above `limit` and with the priors: comparable where fits left out different samples."""
-    settings = session.settings
-    noise_mA = settings.reading_sigma_mA
-    used = (result.measured_mA.max(axis=1) > 3.0 * noise_mA) == result.lit
-    squares = (((result.modelled_mA - result.measured_mA) / noise_mA) ** 2).sum(axis=1)
-    parameters = parametrization(session.nominal, settings.free_names, settings.prior_sigma)
-    value = {p.name: p.value / TO_UNIT.get(p.name, 1.0) for p in result.parameters}
-    shift = parameters.shifts(np.array([value.get(name, 0.0) for name in MODEL]))
+    cells = result.channels[CELLS]
+    assert result.illumination is not None
+    lit = result.illumination[np.searchsorted(result.t_s, cells.t_s)] > 0.5
+    noise = session.session.channels[CELLS].sigma * session.session.channels[CELLS].to_unit
+    used = (np.nan_to_num(cells.measured).max(axis=1) > 3.0 * noise) == lit
+    squares = np.nansum(cells.residual**2, axis=1)
+    to_unit = {leaf.name: leaf.to_unit for leaf in session.satellite.leaves}
+    found = nominal(session) | {p.name: p.value / to_unit[p.name] for p in result.parameters if p.name in to_unit}
+    shift = session.parameters().shifts(np.array([found[name] for name in _names(session)]))
     return float(np.minimum(squares, limit)[used].sum() + shift @ shift)
+
+
+def with_starts(session: BlindSession, starts: int, seed: int) -> BlindSession:
+    """The same session under another search."""
+    return replace(session, settings=session.settings.changed(starts=starts, seed=seed))

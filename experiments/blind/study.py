@@ -26,9 +26,8 @@ SAME_CHI2 = 9.0
 def run(number: int, cache: Path, *, hard: bool) -> dict[str, Any]:
     """One blind fit, judged."""
     # JAX is set up before anything of it is imported.
-    from session import blind_session, compare, fit_from_truth, truncated_cost
+    from session import blind_session, compare, fit_from_truth, left_out, truncated_cost
 
-    from fitting.estimate import estimate
     from jaxsat.errors import InputError
 
     session = blind_session(number, cache, hard=hard)
@@ -37,7 +36,7 @@ def run(number: int, cache: Path, *, hard: bool) -> dict[str, Any]:
     row["lit"] = int(np.sum(session.truth["lit"]))
     began = time.perf_counter()
     try:
-        result = estimate(session.observations, session.nominal, session.settings)
+        result = session.fit()
     except InputError as error:
         return row | {
             "status": "refused",
@@ -47,7 +46,7 @@ def run(number: int, cache: Path, *, hard: bool) -> dict[str, Any]:
         }
     row |= {"seconds": time.perf_counter() - began, "timing_s": result.timing_s}
     row |= {"status": result.status, "message": result.message, "chi2": result.chi2, "dof": result.dof}
-    row |= {"left_out": int(result.limited.sum()), "alternatives": list(result.alternatives)}
+    row |= {"left_out": left_out(result), "alternatives": list(result.alternatives)}
     row |= compare(session, result)
     row["reached"] = row["attitude_median_deg"] < REACHED_DEG
     if not row["reached"] or result.status != "converged":
@@ -60,7 +59,7 @@ def run(number: int, cache: Path, *, hard: bool) -> dict[str, Any]:
             "dof": from_truth.dof,
             "status": from_truth.status,
             "message": from_truth.message,
-            "left_out": int(from_truth.limited.sum()),
+            "left_out": left_out(from_truth),
             "attitude_median_deg": at_truth["attitude_median_deg"],
         }
         row["reached"] = row["reached"] or abs(excess) < SAME_CHI2
