@@ -9,7 +9,7 @@ from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.assembly import Samples, build_sensed, usable
 from fitting.measurements.sensed import SensedProblem
 from fitting.measurements.sky import Around
-from fitting.parameters.free import INERTIA_PLACE, FreeParameters
+from fitting.parameters.free import FreeParameters
 from fitting.sensed_settings import SensedSettings
 from fitting.solvers.refine import Refined, candidates, refine
 from fitting.starts.carry import carried_back
@@ -22,7 +22,7 @@ from fitting.starts.stretches import longest_stretch
 from jaxsat.errors import InputError
 from jaxsat.integrators import RK4, step_for
 from jaxsat.math.on_host import angles_between
-from jaxsat.satellites.model import Model
+from jaxsat.satellites.model import INERTIA_PLACE, Model
 
 COARSE_TOLERANCE, FINE_TOLERANCE = 4e-2, 2e-4
 """Integration error over the session allowed while arcs grow and at the end [rad]."""

@@ -148,15 +148,21 @@ class SensedFit:
 def chosen_leaves(
     leaves: Sequence[Leaf], free: Sequence[str] | None, aliases: Mapping[str, Sequence[str]] | None = None
 ) -> tuple[str, ...]:
-    """Names of the free leaves; raises `InputError` naming the first item that is none, with a suggestion."""
+    """Names of the free leaves; raises `InputError` naming the first item that is none, with a suggestion.
+
+    An alias may be written in capitals or not.
+    """
     if free is None:
         return tuple(leaf.name for leaf in leaves if leaf.sigma is not None)
     names = [leaf.name for leaf in leaves]
     prefixes = {".".join(name.split(".")[:k]) for name in names for k in range(1, name.count(".") + 2)}
+    # What says the same in another way is asked for by its own name.
+    below = [leaf.name for leaf in leaves if not leaf.restates]
+    folded = {name.casefold(): meant for name, meant in (aliases or {}).items()}
     chosen: set[str] = set()
     for item in (part.strip() for part in free):
-        for each in _spelt_out(item, aliases or {}):
-            found = [name for name in names if name == each or name.startswith(f"{each}.")]
+        for each in [item] if item in prefixes else _spelt_out(item, folded):
+            found = [name for name in names if name == each or (name in below and name.startswith(f"{each}."))]
             if not found and each != "state":
                 close = get_close_matches(each, sorted(prefixes), n=1)
                 hint = f"; did you mean {close[0]}?" if close else ""
@@ -166,10 +172,11 @@ def chosen_leaves(
 
 
 def _spelt_out(item: str, aliases: Mapping[str, Sequence[str]]) -> Sequence[str]:
-    """What an alias stands for, also where it begins a longer name, as gains in gains.+x."""
-    if item in aliases:
-        return aliases[item]
+    """What an alias stands for, also where it begins a longer name, as gains in gains.+x; `aliases` in lower case."""
+    if item.casefold() in aliases:
+        return aliases[item.casefold()]
     head, dot, tail = item.partition(".")
+    head = head.casefold()
     return [f"{each}.{tail}" for each in aliases[head]] if dot and head in aliases else [item]
 
 

@@ -122,14 +122,18 @@ def _parameters(
             notes[name] = HELD_BY_PRIOR
     free = {name for name in unknowns if name} if parameters.free_motion else {name for name in unknowns[6:] if name}
     table, nominal = [], np.asarray(parameters.tree.nominal)
+    # A dipole that moves by its angles is told as a vector too.
+    told = free | parameters.restated
     for number, leaf in enumerate(parameters.leaves):
+        if leaf.restates and leaf.name not in free:
+            continue
         s = float(sigma[len(STATE) + number])
-        known = leaf.name in free and 0.0 < s < np.inf
+        known = leaf.name in told and 0.0 < s < np.inf
         if known and leaf.sigma is not None and abs(seen.values[number] - nominal[number]) > FAR_SIGMAS * leaf.sigma:
             notes.setdefault(leaf.name, FAR_OFF)
         value = float(seen.values[number] * leaf.to_unit)
         note = notes.get(leaf.name, "")
-        table.append(FittedParameter(leaf.name, value, s if known else None, leaf.unit, leaf.name in free, note))
+        table.append(FittedParameter(leaf.name, value, s if known else None, leaf.unit, leaf.name in told, note))
     return tuple(table), notes, correlations(names, full, free)
 
 

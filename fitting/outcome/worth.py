@@ -6,7 +6,7 @@ A mask, not another program: the numbers of the part are held at zero shift.
 import numpy as np
 
 from fitting.identify import Identified, Minimum
-from fitting.parameters.names import STATE, part_of
+from fitting.parameters.names import STATE
 from fitting.solvers.least_squares import Point
 from fitting.solvers.refine import PLAIN
 from fitting.starts.multi_start import Stage, Starts, advance
@@ -17,8 +17,7 @@ ITERATIONS = 12
 def worth(found: Identified, best: Minimum, point: Point) -> dict[str, float]:
     """Rise of chi2 for each part, the largest first; `point` is the best minimum without a starts axis."""
     parameters = found.parameters
-    names = np.array([part_of(name) if name else "" for name in parameters.names])
-    names[: len(STATE)] = ""
+    names = np.array([""] * len(STATE) + [parameters.leaves[k].part if k >= 0 else "" for k in parameters.columns])
     parts = [part for part in dict.fromkeys(names) if part]
     if not parts:
         return {}

@@ -9,17 +9,28 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.parameters.names import STATE
 from fitting.parameters.parametrization import FLAT, Parametrization
-from fitting.parameters.transforms import inertia_shift, physical_inertia, second_moment_root, thinnest
-from jaxsat.satellites.model import Leaf, Model, Spot, nominal_values
+from fitting.parameters.transforms import (
+    dipole_from_polar,
+    inertia_shift,
+    physical_inertia,
+    polar_from_dipole,
+    second_moment_root,
+    thinnest,
+)
+from jaxsat.errors import InputError
+from jaxsat.satellites.model import INERTIA_PLACE, MAGNET_PLACE, POLAR_PLACE, Leaf, Model, Spot, nominal_values
 
 PAD = 4
-INERTIA_PLACE = "spacecraft.inertia"
+MAX_ELEVATION = np.radians(80.0)
+"""Highest elevation of a nominal dipole that angles may describe."""
+MODULUS: Spot = (POLAR_PLACE, (0,))
 
 
 class Gauge(NamedTuple):
@@ -48,6 +59,8 @@ class FreeLeaves(eqx.Module):
     inertia_root_inverse: Float[Array | np.ndarray, "3 3"]
     keeps_body: Float[Array | np.ndarray, ""]
     """1 where the inertia stays that of a body whatever the shift, 0 where its entries move by themselves."""
+    by_angles: Float[Array | np.ndarray, ""]
+    """1 where the dipole moves by its modulus and angles, 0 where by its components."""
     gauge_on: Float[Array | np.ndarray, " gauges"]
     """1 where the size of its leaves is held at the nominal one, for nothing tells it; 0 where it moves."""
     gauges: tuple[Gauge, ...] = eqx.field(static=True)
@@ -66,12 +79,25 @@ class FreeLeaves(eqx.Module):
                 jnp.asarray(self.inertia_root), jnp.asarray(self.inertia_root_inverse), shift[index]
             )
             found = found.at[index].set(jnp.where(jnp.asarray(self.keeps_body) > 0.0, body, found[index]))
+        magnet, polar = (
+            np.flatnonzero([each == place for each, _ in self.spots]) for place in (MAGNET_PLACE, POLAR_PLACE)
+        )
+        if len(polar) == 3:
+            moved, length_held = dipole_from_polar(found[polar]), jnp.asarray(False)
+            found = found.at[magnet].set(jnp.where(jnp.asarray(self.by_angles) > 0.0, moved, found[magnet]))
         for number, gauge in enumerate(self.gauges):
             index = np.array(gauge.leaves)
             held = jnp.asarray(self.gauge_on)[number] > 0.0
             # A size of zero is divided by where nothing is held.
             share = gauge.size(jnp.asarray(self.nominal)[index]) / jnp.where(held, gauge.size(found[index]), 1.0)
             found = found.at[index].set(found[index] * jnp.where(held, share, 1.0))
+            if len(polar) == 3 and gauge.name == "magnet":
+                length_held = held
+        if len(polar) == 3:
+            restated = polar_from_dipole(found[magnet])
+            # Held by definition: no rounding shall pass for a slope.
+            length = jnp.where(length_held, jax.lax.stop_gradient(restated[0]), restated[0])
+            found = found.at[polar].set(restated.at[0].set(length))
         return found
 
 
@@ -109,15 +135,28 @@ class FreeParameters:
     @property
     def gauge_text(self) -> str | None:
         """What is held by definition, in words."""
-        names = ["|magnet|" if name == "magnet" else f"the mean of {name}" for name in self.gauged]
+        names = [f"|{each}|" if gauge.name == "magnet" else f"the mean of {each}" for gauge, each in self._held()]
         text = f"{' and '.join(names)} held at the nominal value, for the data tell ratios to it alone"
         return text if names else None
 
     @property
     def gauged_leaves(self) -> frozenset[str]:
         """Names of the leaves of the gauges that hold: along it their priors hold a number without meaning."""
-        on = [gauge for gauge in self.tree.gauges if gauge.name in self.gauged]
-        return frozenset(self.leaves[k].name for gauge in on for k in gauge.leaves)
+        found = {self.leaves[k].name for gauge, _ in self._held() for k in gauge.leaves}
+        if "magnet" in self.gauged:
+            found |= {leaf.name for leaf in self.leaves if leaf.spot == MODULUS}
+        return frozenset(found)
+
+    def _held(self) -> list[tuple[Gauge, str]]:
+        """The gauges that hold, and what their leaves are called."""
+        own = [gauge for gauge in self.tree.gauges if gauge.name in self.gauged]
+        return [(gauge, self.leaves[gauge.leaves[0]].part or gauge.name) for gauge in own]
+
+    @property
+    def restated(self) -> frozenset[str]:
+        """Names of the components of a dipole that moves by its modulus and angles."""
+        by_angles = float(np.asarray(self.tree.by_angles)) > 0.0
+        return frozenset(leaf.name for leaf in self.leaves if by_angles and leaf.place == MAGNET_PLACE)
 
     def sigma(self) -> np.ndarray:
         """[unknowns] prior sigma of each unknown after the state, SI; 0 for padding."""
@@ -143,10 +182,18 @@ class FreeParameters:
 
         Where gauges hold, their ratios.
         """
-        shift = np.asarray(values, float) - np.asarray(self.tree.nominal)
+        values = np.array(values, float)
+        polar = [k for k, leaf in enumerate(self.leaves) if leaf.place == POLAR_PLACE]
+        magnet = [k for k, leaf in enumerate(self.leaves) if leaf.place == MAGNET_PLACE]
+        if len(polar) == 3:
+            values[polar] = np.asarray(polar_from_dipole(jnp.asarray(values[magnet])))
+        shift = values - np.asarray(self.tree.nominal)
+        if len(polar) == 3:
+            # The shorter way round.
+            shift[polar[1]] = np.angle(np.exp(1j * shift[polar[1]]))
         if float(np.asarray(self.tree.keeps_body)) > 0.0:
             index = [k for k, leaf in enumerate(self.leaves) if leaf.place == INERTIA_PLACE]
-            shift[index] = inertia_shift(np.asarray(self.tree.inertia_root), np.asarray(values, float)[index])
+            shift[index] = inertia_shift(np.asarray(self.tree.inertia_root), values[index])
         found, known = np.zeros(len(self.columns)), self.columns >= 0
         found[known] = shift[self.columns[known]] / self.sigma()[known]
         return found
@@ -162,7 +209,8 @@ def free_parameters(
 ) -> FreeParameters:
     """`free` names leaves, `held` gauges that hold where nothing tells them (`GaugeSettings` of a satellite file).
 
-    The sizes are those of all leaves with a sigma, or larger where more are free.
+    The sizes are those of all leaves with a sigma, or larger where more are free. Raises `InputError` where the dipole
+    is free both ways, or by angles that it has not.
     """
     wanted = set(free)
 
@@ -184,18 +232,23 @@ def free_parameters(
     for number, k in enumerate(columns):
         if k >= 0:
             tangent[k, number] = leaves[k].loose if leaves[k].sigma is None else leaves[k].sigma
+    by_angles = _by_angles(leaves, wanted, nominal)
     index = [k for k, leaf in enumerate(leaves) if leaf.place == INERTIA_PLACE]
     of_body = len(index) == 6 and thinnest(nominal[index]) > FLAT
     root = second_moment_root(nominal[index]) if of_body else np.eye(3)
     whole = of_body and set(index) <= set(columns.tolist())
     gauges = tuple(_gauge(name, leaves) for name in held)
     moved = set(columns.tolist())
+    if any(leaves[k].spot == MODULUS for k in moved if k >= 0):
+        # The modulus stands for all of the vector: both have the size that nothing tells.
+        moved |= {k for k, leaf in enumerate(leaves) if leaf.place == MAGNET_PLACE}
     tree = FreeLeaves(
         nominal=nominal,
         tangent=tangent,
         inertia_root=root,
         inertia_root_inverse=np.linalg.inv(root),
         keeps_body=np.asarray(float(whole)),
+        by_angles=np.asarray(float(by_angles)),
         gauge_on=np.array([float(moved >= {*gauge.leaves, *gauge.beside}) for gauge in gauges]),
         gauges=gauges,
         spots=spots,
@@ -204,11 +257,32 @@ def free_parameters(
     return FreeParameters(leaves, columns, tree, free_motion)
 
 
+def _by_angles(leaves: tuple[Leaf, ...], wanted: set[str], nominal: np.ndarray) -> bool:
+    """Whether the dipole is to move by its modulus and angles; raises `InputError` where it cannot."""
+    polar = [k for k, leaf in enumerate(leaves) if leaf.restates]
+    angles = [leaves[k].name for k in polar]
+    if not wanted & set(angles):
+        return False
+    if wanted & {leaf.name for leaf in leaves if leaf.place == MAGNET_PLACE}:
+        reason = f"the dipole is free both as a vector and by {', '.join(angles)}: ask for one of them"
+        raise InputError(reason, field="free")
+    if not (nominal[polar[0]] > 0.0 and abs(nominal[polar[2]]) < MAX_ELEVATION):
+        reason = (
+            f"the dipole's angles are free: its nominal modulus must be above 0 and its elevation within "
+            f"{np.degrees(MAX_ELEVATION):.0f} deg, or free {leaves[polar[0]].part}, the vector"
+        )
+        raise InputError(reason, field="free")
+    return True
+
+
 def _gauge(name: str, leaves: tuple[Leaf, ...]) -> Gauge:
     """The magnet's modulus, beside all of inertia; or the mean gain of a sensor, beside its largest current."""
-    own = tuple(k for k, leaf in enumerate(leaves) if leaf.name.startswith(f"{name}."))
-    beside = INERTIA_PLACE if name == "magnet" else f"sensors.{name.removesuffix('.gain')}.max_current"
-    return Gauge(name, own, tuple(k for k, leaf in enumerate(leaves) if leaf.place == beside))
+    sensor = name.removesuffix(".gain")
+    own, beside = MAGNET_PLACE, INERTIA_PLACE
+    if name != "magnet":
+        own, beside = f"sensors.{sensor}.gain", f"sensors.{sensor}.max_current"
+    where = [tuple(k for k, leaf in enumerate(leaves) if leaf.place == place) for place in (own, beside)]
+    return Gauge(name, *where)
 
 
 AnyParameters: TypeAlias = Parametrization | FreeParameters

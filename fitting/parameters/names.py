@@ -88,15 +88,3 @@ def parse_free(text: str | list[str] | tuple[str, ...]) -> tuple[str, ...]:
     if chosen & set(MAGNET) and chosen & set(POLAR):
         raise ValueError(f"the dipole is free both as a vector and by {', '.join(POLAR)}: ask for one of them")
     return tuple(name for name in DYNAMIC + SENSOR if name in chosen)
-
-
-def part_of(name: str) -> str:
-    """What a number is put back with: its sensor's or satellite's part, as `mag.bias` of `mag.bias.x`."""
-    parts = name.split(".")
-    if parts[0] == "rods" and len(parts) > 1:
-        return ".".join(parts[:2])
-    return (
-        parts[0]
-        if len(parts) < 3 and parts[-1] in ("x", "y", "z", "xx", "yy", "zz", "xy", "xz", "yz")
-        else ".".join(parts[:2])
-    )

@@ -26,6 +26,11 @@ class Model(eqx.Module):
     """Stamp minus instant of measurement of each channel [s]."""
 
 
+MAGNET_PLACE, INERTIA_PLACE = "spacecraft.magnet", "spacecraft.inertia"
+POLAR_PLACE = "polar.magnet"
+"""Of no array in a `Model`: the dipole said by its modulus [A m2] and two angles [rad], azimuth from body x towards y
+and elevation above the xy plane. A model with other values is made by those of the vector."""
+
 Spot = tuple[str, tuple[int, ...]]
 """Path of an array in a `Model`, and the places in the flat array that have one value."""
 
@@ -51,6 +56,8 @@ class Leaf:
     lower: float = -np.inf
     upper: float = np.inf
     """Bounds, SI."""
+    part: str = ""
+    """What it is put back with, where a result tells what is gained: `mag.bias`."""
 
     @property
     def spot(self) -> "Spot":
@@ -60,7 +67,12 @@ class Leaf:
     @property
     def moves(self) -> bool:
         """Whether it moves the satellite; else it only changes what a sensor reads."""
-        return self.place.startswith("spacecraft.")
+        return self.place.startswith("spacecraft.") or self.restates
+
+    @property
+    def restates(self) -> bool:
+        """Whether it says in another way what other leaves say, and is free by its own name alone."""
+        return self.place == POLAR_PLACE
 
 
 def array_at(model: Model, place: str) -> Any:
@@ -81,15 +93,25 @@ def array_at(model: Model, place: str) -> Any:
 
 def nominal_values(model: Model, spots: Sequence[Spot]) -> Float[np.ndarray, " spots"]:
     """Values at the spots, SI, on the host."""
-    arrays = {place: np.asarray(array_at(model, place)).reshape(-1) for place, _ in spots}
+    arrays = {
+        place: _polar(model) if place == POLAR_PLACE else np.asarray(array_at(model, place)).reshape(-1)
+        for place, _ in spots
+    }
     return np.array([arrays[place][entries[0]] for place, entries in spots], dtype=float)
 
 
+def _polar(model: Model) -> np.ndarray:
+    """Modulus, azimuth and elevation of the dipole; azimuth 0 along z, all 0 for none."""
+    x, y, z = np.asarray(array_at(model, MAGNET_PLACE), dtype=float)
+    across = np.hypot(x, y)
+    return np.array([np.hypot(across, z), np.arctan2(y, x) if across > 0.0 else 0.0, np.arctan2(z, across)])
+
+
 def with_values(model: Model, spots: Sequence[Spot], values: Float[Array, " spots"]) -> Model:
-    """The model with other values at the spots. Differentiable by the values."""
-    if not spots:
+    """The model with other values at the spots, those of `POLAR_PLACE` aside. Differentiable by the values."""
+    places = list(dict.fromkeys(place for place, _ in spots if place != POLAR_PLACE))
+    if not places:
         return model
-    places = list(dict.fromkeys(place for place, _ in spots))
     arrays = [_filled(array_at(model, place), list(_entries(spots, place)), values) for place in places]
     return eqx.tree_at(lambda m: [array_at(m, place) for place in places], model, arrays)
 

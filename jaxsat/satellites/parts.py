@@ -1,5 +1,6 @@
 """From the sections of a satellite file to the satellite that the simulator moves, and the names of its numbers."""
 
+import math
 from typing import Any
 
 import jax.numpy as jnp
@@ -7,6 +8,7 @@ import numpy as np
 from jaxtyping import Array
 
 from jaxsat.satellites.leaves import XYZ, LeafList, as_array
+from jaxsat.satellites.model import INERTIA_PLACE, MAGNET_PLACE, POLAR_PLACE
 from jaxsat.satellites.sections.file import SatelliteFile
 from jaxsat.satellites.sections.fitted import Fitted, plain
 from jaxsat.satellites.sections.parts import Body, Rod, Surface
@@ -20,7 +22,7 @@ _TENSOR = {"xx": (0,), "yy": (4,), "zz": (8,), "xy": (1, 3), "xz": (2, 6), "yz":
 def built_spacecraft(file: SatelliteFile, leaves: LeafList) -> Spacecraft:
     """The satellite, SI; its numbers are added to the leaves."""
     inertia = _inertia(file.body, leaves)
-    leaves.add("magnet", "spacecraft.magnet", file.magnet.dipole_A_m2, XYZ, unit="A m2", loose=1.0)
+    _add_dipole(file.magnet.dipole_A_m2, leaves)
     linear, hysteresis = _rods(file.rods, leaves)
     parts: list[Any] = []
 
@@ -52,6 +54,20 @@ def built_spacecraft(file: SatelliteFile, leaves: LeafList) -> Spacecraft:
     )
 
 
+def _add_dipole(given: Fitted, leaves: LeafList) -> None:
+    """Leaves of the vector, and of its modulus and two angles, with priors as wide as those of the vector."""
+    loose = 1.0
+    leaves.add("magnet", MAGNET_PLACE, given, XYZ, unit="A m2", loose=loose)
+    sigma = loose if given.sigma is None else float(np.mean(given.sigma))
+    modulus = float(np.linalg.norm(given.value))
+    angle = min(sigma / modulus, math.pi) if modulus > 0.0 else math.pi
+    other = plain(0.0)
+    leaves.add_scalar_at(0, "magnet.modulus", POLAR_PLACE, other, unit="A m2", loose=sigma, lower=0.0)
+    for entry, name in enumerate(("azimuth", "elevation"), start=1):
+        degree = {"unit": "deg", "factor": math.radians(1.0)}
+        leaves.add_scalar_at(entry, f"magnet.{name}", POLAR_PLACE, other, loose=angle, **degree)
+
+
 def built_albedo(file: SatelliteFile, leaves: LeafList) -> Albedo:
     """Reflectivity of the Earth."""
     for key in ("specular", "diffuse"):
@@ -72,7 +88,7 @@ def _inertia(body: Body, leaves: LeafList) -> Array:
         width = sigma if sigma is None or np.ndim(sigma) == 0 else float(np.reshape(sigma, -1)[entries[0]])
         leaves.add(
             f"inertia.{suffix}",
-            "spacecraft.inertia",
+            INERTIA_PLACE,
             given.model_copy(update={"sigma": width}),
             unit="kg m2",
             loose=loose,

@@ -42,7 +42,7 @@ class Satellite:
     conventions: Mapping[str, Convention] = field(default_factory=dict)
     """Sensors whose axes are not known: which of them are tried. Those of the model are the body's."""
     aliases: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    """Names of leaves, or of what they begin with, by a name of the user's own."""
+    """What is freed together: names of leaves, or of what they begin with, by a name for all of them."""
     shadow: Shadow = "cone"
     """The Earth's: see `Light`."""
     held: tuple[str, ...] = ()
@@ -71,6 +71,7 @@ def _built(file: SatelliteFile, path: Path) -> Satellite:
     # The keys of a file are checked without JAX: what is wrong with them comes at once.
     from jaxsat.satellites.leaves import LeafList, as_array
     from jaxsat.satellites.model import Model
+    from jaxsat.satellites.names import with_names
     from jaxsat.satellites.parts import built_albedo, built_spacecraft
 
     leaves = LeafList()
@@ -86,7 +87,7 @@ def _built(file: SatelliteFile, path: Path) -> Satellite:
         name=file.name or path.name.removesuffix(".toml").removesuffix(".sat"),
         path=path,
         model=model,
-        leaves=tuple(leaves.found),
+        leaves=with_names(leaves.found, file.names, path),
         channels=file.channels,
         time=file.time,
         rows=file.rows,

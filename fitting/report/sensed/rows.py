@@ -5,7 +5,6 @@ from collections.abc import Iterable
 import numpy as np
 
 from fitting.outcome.sensed_result import AMBIGUOUS_VERDICT, FITS, FITS_ONLY, PREDICTS, SensedResult
-from fitting.parameters.names import part_of
 from fitting.report.rows import medians, parameter_rows
 from jaxsat.report import Verdict
 from jaxsat.significant import count_text, spans_text, unit_text, value_text
@@ -55,10 +54,10 @@ def worth_rows(result: SensedResult) -> list[tuple[str, str, str, str, str, str]
     free = {p.name for p in result.parameters if p.free}
     rows = []
     for name, value, sigma, unit, note in parameter_rows(result.parameters):
-        part = part_of(name)
-        first = name in free and part not in said and part in result.buys
+        part = next((part for part in result.buys if name == part or name.startswith(f"{part}.")), None)
+        first = name in free and part is not None and part not in said
         said |= {part} if first else set()
-        rows.append((name, value, sigma, unit, buys_text(result.buys[part]) if first else "", note))
+        rows.append((name, value, sigma, unit, buys_text(result.buys[part]) if first and part else "", note))
     return rows
 
 

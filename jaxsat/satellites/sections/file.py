@@ -1,12 +1,13 @@
 """The whole of a satellite file, checked: every wrong key is told at once."""
 
 import difflib
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import Field, create_model
+from pydantic import AfterValidator, Field, create_model
 
 from jaxsat.errors import InputError
 from jaxsat.files.toml_files import validated, wrong_keys
@@ -36,7 +37,20 @@ from jaxsat.satellites.sections.session import (
 )
 from jaxsat.setting_types import Section
 
+MOTION = ("state", "attitude", "rate")
+"""Beginnings of names that are those of the motion."""
+
+
+def _new_name(text: str) -> str:
+    if not re.fullmatch(r"[^\s.,]+(\.[^\s.,]+)*", text):
+        raise ValueError("expected a name such as gains or rods.y, without spaces and commas")
+    if text.split(".")[0] in MOTION:
+        raise ValueError(f"{', '.join(MOTION)} are names of the motion")
+    return text
+
+
 Many = Field(strict=False)
+NewName = Annotated[str, AfterValidator(_new_name)]
 
 
 class SatelliteFile(Section):
@@ -60,7 +74,10 @@ class SatelliteFile(Section):
     rows: RowSettings = RowSettings()
     sensors: Any = Field(default_factory=dict)
     channels: dict[str, ChannelSettings] = Field(default_factory=dict)
+    names: dict[str, NewName] = Field(default_factory=dict)
+    """What results quote instead of a leaf, or of what leaves begin with, as "cells.gain" = "gains"."""
     aliases: dict[str, Annotated[tuple[str, ...], Many]] = Field(default_factory=dict)
+    """What is freed together, whatever the case of its letters."""
 
     def sensor_keys(self) -> dict[str, SensorKeys]:
         """Sections of the sensors by name."""
@@ -124,6 +141,10 @@ def _contradictions(found: SatelliteFile, names: set[str]) -> list[tuple[str, st
             wrong.append(("gauge.hold", f"cannot hold {name!r}" + suggestion(name, gauged)))
     if "magnet" in found.gauge.hold and not any(np.ravel(found.magnet.dipole_A_m2.value)):
         wrong.append(("gauge.hold", "a nominal dipole above zero must hold the common scale of inertia and magnet"))
+    folded: dict[str, str] = {}
+    for name in found.aliases:
+        if folded.setdefault(name.casefold(), name) != name:
+            wrong.append((f"aliases.{name}", f"is {folded[name.casefold()]!r} but for the case of its letters"))
     if all(found.channels[name].role == "witness" for name in found.channels):
         wrong.append(("channels", "all are witnesses: nothing is left to fit"))
     return wrong

@@ -9,10 +9,12 @@ import numpy as np
 
 from jaxsat.errors import InputError
 from jaxsat.satellites import Satellite
-from jaxsat.satellites.model import Leaf, Model, nominal_values, with_values
+from jaxsat.satellites.model import INERTIA_PLACE, Leaf, Model, nominal_values, with_values
 from jaxsat.satellites.sections.parts import check_inertia
 
 ATTEMPTS = 1000
+RODS = "spacecraft.hysteresis_rods."
+"""Where the numbers of rods with hysteresis stand."""
 
 
 def drawn_model(satellite: Satellite, random: np.random.Generator) -> Model:
@@ -36,9 +38,7 @@ def drawn_model(satellite: Satellite, random: np.random.Generator) -> Model:
 
 def _group(leaf: Leaf) -> str:
     """Numbers that are drawn together: the tensor, the numbers of a rod; each other one by itself."""
-    if leaf.name.startswith("inertia."):
-        return "inertia"
-    return ".".join(leaf.name.split(".")[:2]) if leaf.name.startswith("rods.") else leaf.name
+    return leaf.part if leaf.place == INERTIA_PLACE or leaf.place.startswith(RODS) else leaf.name
 
 
 def _drawn(name: str, leaves: Sequence[Leaf], satellite: Satellite, random: np.random.Generator) -> np.ndarray:
@@ -52,7 +52,7 @@ def _drawn(name: str, leaves: Sequence[Leaf], satellite: Satellite, random: np.r
 
 
 def _possible(name: str, leaves: Sequence[Leaf], values: np.ndarray, satellite: Satellite) -> bool:
-    if name == "inertia":
+    if leaves[0].place == INERTIA_PLACE:
         tensor = np.array(satellite.model.spacecraft.inertia)
         for leaf, value in zip(leaves, values, strict=True):
             tensor.flat[list(leaf.entries)] = value
@@ -61,18 +61,18 @@ def _possible(name: str, leaves: Sequence[Leaf], values: np.ndarray, satellite: 
         except ValueError:
             return False
     rod = _rod(name, leaves, values, satellite)
-    return not rod or (rod["Br"] < rod["Bs"] and abs(rod["start"]) < 0.99 * rod["Bs"])
+    return not rod or (rod["remanence"] < rod["saturation"] and abs(rod["induction"]) < 0.99 * rod["saturation"])
 
 
 def _rod(name: str, leaves: Sequence[Leaf], values: np.ndarray, satellite: Satellite) -> Mapping[str, float]:
-    """All numbers of a rod with hysteresis, those that are not drawn too; empty for what is none."""
-    own = [leaf for leaf in satellite.leaves if name.startswith("rods.") and leaf.name.startswith(f"{name}.")]
-    if not any(leaf.name.endswith(".Br") for leaf in own):
+    """All numbers of a rod with hysteresis by their fields, those that are not drawn too; empty for what is none."""
+    if not leaves[0].place.startswith(RODS):
         return {}
+    own = [leaf for leaf in satellite.leaves if leaf.part == name and leaf.place.startswith(RODS)]
     found = nominal_values(satellite.model, [leaf.spot for leaf in own])
-    by_name = {leaf.name: float(value) for leaf, value in zip(own, found, strict=True)}
-    by_name |= {leaf.name: float(value) for leaf, value in zip(leaves, values, strict=True)}
-    return {key.rpartition(".")[2]: value for key, value in by_name.items()}
+    by_place = {leaf.place: float(value) for leaf, value in zip(own, found, strict=True)}
+    by_place |= {leaf.place: float(value) for leaf, value in zip(leaves, values, strict=True)}
+    return {place.removeprefix(RODS): value for place, value in by_place.items()}
 
 
 def _some_axes(random: np.random.Generator, *, mirrored: bool) -> np.ndarray:
