@@ -16,7 +16,6 @@ from fitting.outcome.result import FitResult, FittedParameter
 from fitting.outcome.sensed_verdict import Witness
 from fitting.parameters.nominal import nominal_model
 from fitting.profile.profile import Profile
-from fitting.profile.profiler import Profiler
 from fitting.report.files import FILES, write_fit
 from fitting.report.scene import Sky, look_around
 from fitting.sensed_run import SensedFit, fit_table
@@ -172,8 +171,7 @@ def fit_prepared(
     sky = look_around(prepared, samples, at_once=sky_ahead)
     nominal = nominal_model(satellite)
     try:
-        profiler = Profiler(profiles, nominal, settings, progress)
-        result = estimate(samples, nominal, settings, progress=progress, at_minimum=profiler)
+        result = estimate(samples, nominal, settings, progress=progress)
     except InputError as error:
         source = limb if error.field == LIMB_FIELD else path
         raise InputError(error.reason, file=source, row=error.row, field=error.field) from None
@@ -183,8 +181,7 @@ def fit_prepared(
         satellite,
         settings,
         sky,
-        profiles=profiler.profiles,
         limb=sighted.matched,
         witness=magnetometer_witness(result, prepared.session),
-        remarks=[*sighted.remarks, *profiler.reasons],
+        remarks=sighted.remarks,
     )

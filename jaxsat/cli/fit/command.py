@@ -2,22 +2,15 @@
 
 import sys
 import time
-from collections.abc import Sequence
-from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from cyclopts import CycloptsError, Parameter, validators
 
-from fitting.parameters.names import NAMED, STATE
 from jaxsat.bundled import BUNDLED
 from jaxsat.cli.shared.folders import default_folder
 from jaxsat.cli.shared.options import Arc, ConfigFile, Drop, checked_free, whole_number
 from jaxsat.errors import InputError
-
-PROFILED = STATE + NAMED
-"""The words of `--profile`."""
-
 
 TABLES = (".csv", ".tsv", ".txt", ".parquet")
 """Endings of tables, which no satellite file of its own is bundled for."""
@@ -27,14 +20,6 @@ def _refuse(options: dict[str, object], beside: str) -> None:
     given = [name for name, value in options.items() if value]
     if given:
         raise CycloptsError(msg=f"{', '.join(given)} cannot stand beside {beside}.")
-
-
-def _check_profiles(_: Any, value: Sequence[str] | None) -> None:
-    for name in value or ():
-        if name not in PROFILED:
-            close = get_close_matches(name, PROFILED, n=1)
-            hint = f" Did you mean {close[0]}?" if close else ""
-            raise ValueError(f'"{name}" is no single parameter such as imax or {PROFILED[0]}.{hint}')
 
 
 def fit(
@@ -93,10 +78,9 @@ def fit(
     profile: Annotated[
         list[str] | None,
         Parameter(
-            help="NAME of a free parameter, as imax, rods.y, rate.x: the lowest cost at each of its values and the "
-            "68 and 95 % intervals read from it; repeatable.",
+            help="NAME of a free number, as magnet.x, mag.bias.x, rate.x: the lowest cost at each of its values and "
+            "the 68 and 95 % intervals read from it; repeatable.",
             negative=(),
-            validator=_check_profiles,
         ),
     ] = None,
     limb: Annotated[
@@ -128,18 +112,19 @@ def fit(
 
     Example: jaxsat fit a.RAW_SUN --free alsI0,albedo --arc 0 2700 --out a-fit
 
-    Example: jaxsat fit --profile imax --profile albedo.specular
+    Example: jaxsat fit pass.csv --satellite sat.toml --profile magnet.x --profile mag.bias.x
     """
     began = time.perf_counter()
     if satellite is not None:
-        _refuse({"--config": config, "--drop": drop, "--profile": profile, "--limb": limb}, "--satellite")
+        _refuse({"--config": config, "--drop": drop, "--limb": limb}, "--satellite")
         if not files:
             raise CycloptsError(msg="--satellite needs at least one table of telemetry.")
         from jaxsat.cli.fit.sensed import fit_sensed
 
         given = {"holdout": holdout, "arc_s": arc, "starts": starts, "seed": seed}
         given["free"] = None if free is None else tuple(free.split(","))
-        return fit_sensed(files, satellite, out, {k: v for k, v in given.items() if v is not None}, began, plots=plots)
+        given = {name: value for name, value in given.items() if value is not None}
+        return fit_sensed(files, satellite, out, given, began, plots=plots, profiles=profile or ())
     if holdout is not None:
         raise CycloptsError(msg="--holdout belongs to --satellite.")
     tables = [path for path in files or () if path.suffix.lower() in TABLES]

@@ -5,16 +5,26 @@ import importlib
 import sys
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from jaxsat.cli.fit.one import CONVERGED, NOT_CONVERGED
 
 
 def fit_sensed(
-    files: list[Path], satellite: Path, out: Path, given: Mapping[str, object], began: float, *, plots: bool
+    files: list[Path],
+    satellite: Path,
+    out: Path,
+    given: Mapping[str, object],
+    began: float,
+    *,
+    plots: bool,
+    profiles: Sequence[str] = (),
 ) -> int:
-    """Fits the session and returns the exit status; `given` are `SensedSettings`. Raises `InputError`."""
+    """Fits the session and returns the exit status; `given` are `SensedSettings`. Raises `InputError`.
+
+    `profiles` names the parameters that get a profile.
+    """
     from jaxsat.cli.shared.start import start_jax
     from jaxsat.satellites import read_sensed
 
@@ -37,7 +47,8 @@ def fit_sensed(
             # Importing matplotlib costs half a second; the solver leaves one core to Python.
             threading.Thread(target=importlib.import_module, args=("jaxsat.plotting",), daemon=True).start()
         with StageProgress(session.name) as progress:
-            found = fit_table(craft, session, SensedSettings.model_validate(dict(given)), progress=progress)
+            settings = SensedSettings.model_validate(dict(given))
+            found = fit_table(craft, session, settings, profiles=profiles, progress=progress)
             progress("writing results", 0, 0)
             timing = {"import": imported, **found.result.timing_s, "total": time.perf_counter() - began}
             found = dataclasses.replace(found, result=dataclasses.replace(found.result, timing_s=timing))
