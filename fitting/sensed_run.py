@@ -22,6 +22,8 @@ from fitting.outcome.sensed_result import SensedResult
 from fitting.outcome.sensed_summary import summarize_sensed
 from fitting.outcome.uncertainty import at_bound, covariance
 from fitting.parameters.free import free_parameters
+from fitting.profile.profile import Profile
+from fitting.profile.profiler import Profiler
 from fitting.report.sensed.files import owned_files, write_sensed
 from fitting.sensed_settings import SensedSettings
 from fitting.starts.multi_start import Progress
@@ -47,6 +49,10 @@ class SensedFit:
     around: Around
     orbit_fit: OrbitFit | None = None
     """Where the orbit was fitted to positions of the table, or given in their place."""
+    profiles: tuple[Profile, ...] = ()
+    """Of the parameters that were asked for."""
+    profile_remarks: tuple[str, ...] = ()
+    """Why others of them are missing."""
 
     @property
     def status(self) -> str:
@@ -142,6 +148,8 @@ class SensedFit:
             around=self.around,
             name=self.satellite.name,
             size_m=self.satellite.size_m,
+            profiles=self.profiles,
+            remarks=self.profile_remarks,
         )
 
 
@@ -191,9 +199,9 @@ def fit_table(
 ) -> SensedFit:
     """Fits motion, satellite and sensors to all channels of a session.
 
-    `given` is what of orbit, Earth and Sun shall not be found from session and satellite.
-
-    Raises `InputError` for what cannot be fitted, ValueError where JAX works in single precision.
+    `given` is what of orbit, Earth and Sun shall not be found from session and satellite, `profiles` names free
+    parameters whose cost is walked along. Raises `InputError` for what cannot be fitted and for such names that are
+    not free, ValueError where JAX works in single precision.
     """
     if not jax.config.read("jax_enable_x64"):
         raise ValueError("a fit works in 64-bit numbers and JAX in 32-bit ones: call jaxsat.set_up_jax() first")
@@ -216,6 +224,8 @@ def fit_table(
         name for name in channels if f"delays.{name}" in late or float(np.asarray(model.delays[name])) != 0.0
     )
     parameters = free_parameters(model, leaves, free, free_motion=kind == "free", held=satellite.held)
+    asked = [each for name in profiles for each in _spelt_out(name, satellite.aliases)]
+    profiler = Profiler(asked, parameters, settings.likelihood, progress)
     begin, end = float(samples.t[0]), float(samples.t[-1])
     fitted = [name for name, channel in channels.items() if not channel.witness]
     if not fitted:
@@ -237,10 +247,13 @@ def fit_table(
     except InputError as error:
         raise InputError(error.reason, file=error.file or session.paths[0], field=error.field) from None
     result = summarize_sensed(found)
+    profiler(found)
     timing = {**result.timing_s, "prepare": result.timing_s["prepare"] + prepared}
     timing["total"] = time.perf_counter() - began
     result = dataclasses.replace(result, timing_s=timing, remarks=(*remarks, *result.remarks))
-    return SensedFit(result, found, session, satellite, settings, around, orbit_fit)
+    return SensedFit(
+        result, found, session, satellite, settings, around, orbit_fit, profiler.profiles, profiler.reasons
+    )
 
 
 def _of_witness(leaf: Leaf, session: TableSession) -> bool:

@@ -7,6 +7,7 @@ import numpy as np
 
 from fitting.outcome.result import FittedParameter
 from fitting.outcome.series import PanelResiduals
+from fitting.parameters.null_space import Direction
 
 PREDICTS, FITS_ONLY, FITS = "predicts", "fits, does not predict", "fits"
 AMBIGUOUS_VERDICT, UNDETERMINED, WRONG_MODEL = "ambiguous", "undetermined", "not this model"
@@ -135,7 +136,9 @@ class SensedResult:
     alternatives: tuple[dict, ...] = ()
     """Other motions or conventions: `chi2_above_best`, `attitude_distance_deg`, `axes`."""
     gauge: str | None = None
-    """What is held by definition, for no channel tells it."""
+    """What no channel tells and what holds it in its place: a definition, or the priors."""
+    unseen: tuple[Direction, ...] = ()
+    """Combinations of parameters on which the priors say more than the data."""
     timing_s: Mapping[str, float] = field(default_factory=dict)
     field_angle_deg: np.ndarray | None = None
     """[time] between body x and the magnetic field."""

@@ -5,7 +5,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fitting.identify import Identified, Minimum
-from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.groups import columns_of
 from fitting.outcome.alternatives import DIFFERENT_ATTITUDE_DEG, other_minimum
@@ -19,6 +18,8 @@ from fitting.outcome.uncertainty import correlations, field_angle_sigma, promise
 from fitting.outcome.worth import worth
 from fitting.parameters.free import FreeParameters
 from fitting.parameters.names import STATE
+from fitting.parameters.null_space import gauge_text, unseen_directions
+from fitting.parameters.quoted import quoted_names, quoted_slopes
 from jaxsat.math.on_host import angle_between_attitudes, angles_between
 from jaxsat.sensors import Panels
 from jaxsat.sensors.abstract import AbstractSensor
@@ -47,6 +48,8 @@ def summarize_sensed(found: Identified) -> SensedResult:
     # Unknowns that the prior holds take no degree of freedom from the data.
     dof = int(round(counted.sum() - free.sum() + share[free].sum()))
     table, notes, full = _parameters(parameters, seen, share)
+    information = np.asarray(point.hessian)
+    unseen = unseen_directions(parameters, information, free, seen.values, seen.values_jacobian, seen.model)
     channels = _channels(found, best, seen, point, counted)
     alternatives = tuple(_alternatives(found, seen))
     sigma_deg = np.degrees(np.sqrt(np.einsum("sii->si", seen.rotation_covariance)))[:n]
@@ -87,7 +90,8 @@ def summarize_sensed(found: Identified) -> SensedResult:
         axes=best.convention.spelt(),
         alternatives=alternatives,
         timing_s=found.timing_s,
-        gauge=parameters.gauge_text,
+        gauge=gauge_text(unseen) or parameters.gauge_text,
+        unseen=unseen,
         field_angle_deg=np.degrees(np.arctan2(np.linalg.norm(field[:, 1:], axis=1), field[:, 0])),
         field_angle_sigma_deg=np.degrees(field_angle_sigma(field, seen.rotation_covariance[:n])),
     )
@@ -105,15 +109,12 @@ def _parameters(
     """Table of all numbers, notes on some, and correlations between the free ones."""
     cov, unknowns = seen.covariance, parameters.names
     finite = np.isfinite(np.diagonal(cov))
-    spread = np.zeros((len(STATE) + len(parameters.leaves), len(cov)))
-    spread[: len(STATE), : len(STATE)] = np.degrees(np.diag([1.0] * 3 + [RATE_UNIT] * 3))
-    unit = np.array([leaf.to_unit for leaf in parameters.leaves])
-    spread[len(STATE) :, len(STATE) :] = seen.values_jacobian * unit[:, None]
+    spread = quoted_slopes(parameters, seen.values_jacobian)
     full = spread[:, finite] @ cov[np.ix_(finite, finite)] @ spread[:, finite].T
     touched = np.any(np.abs(spread[:, ~finite]) > 0, axis=1)
     full[touched, touched] = np.inf
     sigma = np.sqrt(np.diagonal(full))
-    names = [*STATE, *(leaf.name for leaf in parameters.leaves)]
+    names = list(quoted_names(parameters))
     notes = {}
     for name, flag, held in zip(unknowns, seen.pressed, share, strict=True):
         if name and flag:

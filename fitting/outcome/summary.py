@@ -19,7 +19,6 @@ from fitting.outcome.uncertainty import (
     vector_sigma,
 )
 from fitting.parameters.names import GAINS, MAGNET, MODEL, NAMED, POLAR, STATE, TILTS, TO_UNIT, UNITS
-from fitting.parameters.null_space import gauge_text, unseen_directions
 from fitting.parameters.parametrization import INERTIA_SLICE, Parametrization, build_model
 from fitting.parameters.transforms import thinnest
 from fitting.solvers.least_squares import SEPARATE_SCALE
@@ -106,7 +105,6 @@ def summarize(
         # Along the gauge the prior holds nothing but a number without meaning.
         if share > 0.5 and name not in notes and not (parameters.gauged and name in (*MAGNET, POLAR[0]))
     }
-    unseen = unseen_directions(parameters, best.hessian, ~pressed, values[: len(MODEL)])
 
     table = []
     for name, value in zip(NAMED, values, strict=True):
@@ -150,7 +148,7 @@ def summarize(
         dof=dof,
         residual_rms_mA=rms,
         parameters=tuple(table),
-        gauge=gauge_text(unseen),
+        gauge=None,
         correlations=correlations(all_names, physical, set(names)),
         t_s=t,
         quaternion_inertial_from_body=prediction.quaternion[:n],
@@ -164,7 +162,6 @@ def summarize(
         weight=(informative * weight)[:n],
         limited=refined.limited[0, :n, 0],
         lit=problem.sunlit()[:n],
-        unseen=unseen,
         limb_samples=int(sighted.any(axis=1).sum()),
         limb_rms_deg=limb_rms_deg,
         alternatives=alternatives,

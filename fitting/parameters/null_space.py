@@ -1,26 +1,19 @@
 """Combinations of parameters of which the data say nothing, or less than the priors, and what they are called.
 
 Found from the information matrix: the state is eliminated, each unknown is counted in its prior sigma, and directions
-of small eigenvalues are compared with those changes of a satellite that no panel can see.
+of small eigenvalues are compared with those changes of a satellite that no reading tells.
 """
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
-from fitting.parameters.names import GAINS, INERTIA, MAGNET, MODEL, NAMED, POLAR, RODS, STATE, TILTS, TO_UNIT
-from fitting.parameters.parametrization import (
-    GAINS_SLICE,
-    INERTIA_SLICE,
-    MAGNET_SLICE,
-    RODS_SLICE,
-    TILTS_SLICE,
-    Parametrization,
-)
-from fitting.parameters.transforms import ENTRIES, polar_from_dipole, tensor_of
+from fitting.parameters.free import INERTIA_PLACE, FreeParameters
+from fitting.parameters.invisible import PRIORS, invisible_changes
+from fitting.parameters.names import STATE
+from jaxsat.satellites.model import Model
 
 BLIND = 1e-3
 """Information of the data over that of the prior below which they say nothing: a sigma of thirty prior ones."""
@@ -55,38 +48,42 @@ class Direction:
 
 
 def unseen_directions(
-    parameters: Parametrization, information: np.ndarray, free: np.ndarray, values: np.ndarray
+    parameters: FreeParameters,
+    information: np.ndarray,
+    free: np.ndarray,
+    values: np.ndarray,
+    values_jacobian: np.ndarray,
+    model: Model,
 ) -> tuple[Direction, ...]:
     """Directions on which the priors say more than the data: those with a name, then the others, the weakest first.
 
     `information` [unknowns unknowns] is that of data and priors, `free` [unknowns] false for unknowns at a bound,
-    `values` [model] those at the minimum.
+    `values` [leaves] and `values_jacobian` [leaves unknowns] by the unknowns after the state are those at the minimum,
+    SI; `model` says what pushes the satellite beside them.
     """
-    model = np.flatnonzero(free)
-    model = model[model >= len(STATE)]
-    if not len(model):
+    own = np.flatnonzero(free)
+    own = own[own >= len(STATE)]
+    if not len(own):
         return ()
-    data = _without_state(information, model)
+    data = _without_state(information, own)
     eigenvalues, vectors = np.linalg.eigh(data)
     span = vectors[:, eigenvalues < WEAK]
-    names = [parameters.names[k] for k in model]
     found = []
-    for name, held_by, change in _invisible_changes(parameters, values):
-        x = _unit((change / np.asarray(parameters.scale))[[NAMED.index(free_name) for free_name in names]])
+    for change in invisible_changes(parameters, values, model):
+        x = _unit(_in_unknowns(parameters, change.values, values_jacobian)[own - len(STATE)])
         inside = span.T @ x
         if inside @ inside < ALIKE:
             continue
-        direction = span @ _unit(inside)
-        found.append(_direction(parameters, names, direction, data, held_by, name))
+        found.append(_direction(parameters, own, span @ _unit(inside), data, change.held_by, change.name))
         # The rest is what lies across this one.
         q, _ = np.linalg.qr(np.column_stack([inside, np.eye(len(inside))]))
         span = span @ q[:, 1:]
     _, across = np.linalg.eigh(span.T @ data @ span)
     rest = (span @ across).T
-    return (*found, *(_direction(parameters, names, vector, data, "the priors") for vector in rest))
+    return (*found, *(_direction(parameters, own, vector, data, PRIORS) for vector in rest))
 
 
-def gauge_text(directions: tuple[Direction, ...]) -> str | None:
+def gauge_text(directions: Sequence[Direction]) -> str | None:
     """What the data cannot see and what was held in its place, in one line; None where they see everything."""
     return "; ".join(f"{d.name} fixed by {d.held_by}" for d in directions if d.blind) or None
 
@@ -103,64 +100,34 @@ def _without_state(information: np.ndarray, model: np.ndarray) -> np.ndarray:
     return 0.5 * (result + result.T)
 
 
-def _invisible_changes(parameters: Parametrization, values: np.ndarray) -> list[tuple[str, str, np.ndarray]]:
-    """(name, what holds it, change [named]) of what may be invisible with these free parameters, to first order."""
-    free = set(parameters.free)
-    found: list[tuple[str, str, np.ndarray]] = []
-    dipole = free & {*MAGNET, POLAR[0]}
-    if free & set(INERTIA) and (dipole or free & set(RODS)):
-        groups = [name for name, there in (("magnet", dipole), ("rods", free & set(RODS))) if there]
-        change = np.zeros(len(NAMED))
-        # Under a gauge the parametrization rescales the magnet alone, so that its length is what does not count.
-        for part in (MAGNET_SLICE,) if parameters.gauged else (MAGNET_SLICE, RODS_SLICE, INERTIA_SLICE):
-            change[part] = values[part]
-        modulus = float(np.linalg.norm(values[MAGNET_SLICE]))
-        change[NAMED.index(POLAR[0])] = modulus
-        held = f"|magnet| = {modulus:.6g} A m2" if parameters.gauged else "the priors"
-        found.append((f"common scale of {' and '.join(', '.join(['inertia', *groups]).rsplit(', ', 1))}", held, change))
-    if "imax" in free and set(GAINS) <= free:
-        change = np.zeros(len(NAMED))
-        change[MODEL.index("imax")] = 0.0 if parameters.gains_gauged else values[MODEL.index("imax")]
-        change[GAINS_SLICE] = -values[GAINS_SLICE]
-        held = f"the mean gain = {values[GAINS_SLICE].mean():.6g}" if parameters.gains_gauged else "the priors"
-        found.append(("common scale of gains and imax", held, change))
-    if free & set(TILTS):
-        found += [(f"common turn of the panels about {axis}", "the priors", _turn(values, axis)) for axis in "xyz"]
-    return found
+def _in_unknowns(parameters: FreeParameters, change: np.ndarray, values_jacobian: np.ndarray) -> np.ndarray:
+    """[unknowns] after the state that change the free leaves so [leaves, SI], to first order.
 
-
-def _turn(values: np.ndarray, axis: str) -> np.ndarray:
-    """Change [named] of a satellite whose every vector and tensor but the rods' axes turn about a body axis, a radian.
-
-    The attitude turns back, so that panels, dipole and inertia stay where they are in space.
+    Those of a gauge that holds do so before they are scaled.
     """
-    change = np.zeros(len(NAMED))
-    unit = np.eye(3)["xyz".index(axis)]
-    magnet = values[MAGNET_SLICE]
-    change[MAGNET_SLICE] = np.cross(unit, magnet)
-    if np.any(magnet):
-        slope = jax.jvp(polar_from_dipole, (jnp.asarray(magnet),), (jnp.asarray(change[MAGNET_SLICE]),))[1]
-        change[len(MODEL) :] = np.asarray(slope)
-    tensor = tensor_of(values[INERTIA_SLICE])
-    matrix = np.cross(np.eye(3), unit)
-    turned = matrix @ tensor - tensor @ matrix
-    change[INERTIA_SLICE] = turned[ENTRIES]
-    change[TILTS_SLICE] = [float(name.endswith(f".{axis}")) for name in TILTS]
-    return change
+    known = parameters.columns >= 0
+    rows = parameters.columns[known]
+    x = np.zeros(len(known))
+    x[known] = change[rows] / parameters.sigma()[known]
+    body = known & np.array([k >= 0 and parameters.leaves[k].place == INERTIA_PLACE for k in parameters.columns])
+    if float(np.asarray(parameters.tree.keeps_body)) > 0.0:
+        # Away from the nominal body its entries are not their own unknowns.
+        slopes = values_jacobian[np.ix_(parameters.columns[body], np.flatnonzero(body))]
+        x[body] = np.linalg.lstsq(slopes, change[parameters.columns[body]])[0]
+    return x
 
 
 def _direction(
-    parameters: Parametrization, names: list[str], vector: np.ndarray, data: np.ndarray, held_by: str, name: str = ""
+    parameters: FreeParameters, own: np.ndarray, vector: np.ndarray, data: np.ndarray, held_by: str, name: str = ""
 ) -> Direction:
-    """A unit vector over the unknowns `names`, on which the data's information is `data`, in words and units."""
+    """A unit vector over the unknowns of numbers `own`, on which the data's information is `data`, in words."""
     order = np.argsort(-np.abs(vector))
     vector = vector * np.sign(vector[order[0]])
     large = [int(k) for n, k in enumerate(order) if n == 0 or abs(vector[k]) > SHOWN]
+    names, sigma = [parameters.names[k] for k in own], parameters.sigma()[own - len(STATE)]
     spelt = " ".join(f"{'+' if vector[k] > 0 else '-'} {names[k]}" for k in large).removeprefix("+ ")
-    components = {}
-    for k in large:
-        sigma = float(np.asarray(parameters.scale)[NAMED.index(names[k])])
-        components[names[k]] = float(vector[k]) * sigma * TO_UNIT.get(names[k], 1.0) * parameters.quoted(names[k])
+    to_unit = [parameters.leaves[parameters.columns[k - len(STATE)]].to_unit for k in own]
+    components = {names[k]: float(vector[k] * sigma[k] * to_unit[k]) for k in large}
     return Direction(name or spelt, max(float(vector @ data @ vector), 0.0), held_by, components)
 
 

@@ -7,18 +7,19 @@ of the information matrix misleads; the interval in which the profile rises by l
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from difflib import get_close_matches
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from fitting.measurements.abstract import RATE_UNIT
-from fitting.measurements.problem import Problem
-from fitting.outcome.summary import describe
-from fitting.outcome.uncertainty import at_bound, covariance, physical_covariance
-from fitting.parameters.names import GAINS, INERTIA, MAGNET, NAMED, POLAR, STATE, TO_UNIT, UNITS
-from fitting.parameters.parametrization import Parametrization
+from fitting.measurements.abstract import RATE_UNIT, AbstractProblem
+from fitting.outcome.uncertainty import at_bound, covariance
+from fitting.parameters.free import INERTIA_PLACE, FreeParameters, Gauge
+from fitting.parameters.names import STATE
+from fitting.parameters.quoted import quoted_names, quoted_slopes, quoted_units, values_jacobian
 from fitting.profile.walk import Held, Step, walk
 from fitting.solvers.refine import CONVERGED_DECREMENT, Refined
 from fitting.starts.multi_start import NONE, Progress
@@ -65,8 +66,8 @@ class Profile:
 
 
 def profile(
-    problem: Problem,
-    parameters: Parametrization,
+    problem: AbstractProblem,
+    parameters: FreeParameters,
     refined: Refined,
     name: str,
     *,
@@ -82,17 +83,17 @@ def profile(
     """
     check_profile(parameters, name)
     best = jax.tree.map(lambda leaf: np.asarray(leaf)[0], refined.points)
-    _, values_jacobian, *_ = describe(problem, parameters, best.x[len(STATE) :], best.prediction.quaternion)
-    jacobian = np.asarray(values_jacobian)
+    slopes = quoted_slopes(parameters, values_jacobian(parameters, best.x))
+    number = quoted_names(parameters).index(name)
     lower, upper = parameters.bounds()
     k = parameters.names.index(name)
-    free = ~at_bound(best.x, best.gradient, (lower, upper))
-    sigma = _sigma(parameters, name, jacobian, covariance(best.hessian, free)) if free[k] else None
+    free = parameters.everything & ~at_bound(best.x, best.gradient, (lower, upper))
+    sigma = _sigma(slopes[number], covariance(best.hessian, free)) if free[k] else None
     free[k] = True
-    held, spread = _choose_held(parameters, name, jacobian, best.hessian, free)
+    held, spread = _choose_held(parameters, name, slopes[number], best.hessian, free)
     reached = walk(problem, parameters, best, Held(k, held, spread), reach=REACH, tail=tail, progress=progress)
 
-    values = np.array([_value(problem, parameters, name, best.reference, step) for step in reached])
+    values = np.array([_value(parameters, k, best.reference, step) for step in reached])
     prior = np.array([0.5 * np.sum(step.x[len(STATE) :] ** 2) for step in reached])
     rise, settled = (np.array([getattr(step, field) for step in reached]) for field in ("rise", "settled"))
     order = np.argsort(values)
@@ -109,7 +110,7 @@ def profile(
         notes.append(f"the solver stopped early at {(~settled).sum()} of {len(settled)} values")
     return Profile(
         name=name,
-        unit=UNITS[name],
+        unit=quoted_units(parameters)[number],
         best=float(values[middle]),
         sigma=sigma,
         values=values,
@@ -123,8 +124,8 @@ def profile(
 
 
 def profile_all(
-    problem: Problem,
-    parameters: Parametrization,
+    problem: AbstractProblem,
+    parameters: FreeParameters,
     refined: Refined,
     names: Sequence[str],
     *,
@@ -141,12 +142,18 @@ def profile_all(
     return profiles, reasons
 
 
-def check_profile(parameters: Parametrization, name: str) -> None:
+def check_profile(parameters: FreeParameters, name: str) -> None:
     """Raises `InputError` unless `name` is one of the fit's unknowns."""
-    if name not in (*STATE, *NAMED):
-        raise InputError(f"unknown parameter {name!r}; expected a single name such as {', '.join(parameters.names)}")
-    if name not in parameters.names:
-        raise InputError(f"{name} is not free in this fit and has no profile; free are {', '.join(parameters.names)}")
+    known = quoted_names(parameters)
+    if name not in known:
+        close = next((each for each in known if each.startswith(f"{name}.")), None)
+        close = close or next(iter(get_close_matches(name, known, n=1)), None)
+        hint = f"; did you mean {close}?" if close else f"; expected a single number such as {known[-1]}"
+        raise InputError(f"unknown parameter {name!r}{hint}", field="profile")
+    free = [each for each, moves in zip(parameters.names, parameters.everything, strict=True) if moves]
+    if name not in free:
+        reason = f"{name} is not free in this fit and has no profile; free are {', '.join(free) or 'none'}"
+        raise InputError(reason, field="profile")
 
 
 def interval(
@@ -173,7 +180,7 @@ def interval(
 
 
 def _choose_held(
-    parameters: Parametrization, name: str, jacobian: np.ndarray, hessian: np.ndarray, free: np.ndarray
+    parameters: FreeParameters, name: str, slope: np.ndarray, hessian: np.ndarray, free: np.ndarray
 ) -> tuple[np.ndarray, float]:
     """Which unknowns [unknowns bool] are held so that the parameter is, and the 1-sigma of its own unknown.
 
@@ -181,13 +188,13 @@ def _choose_held(
     to scale all of them, the others would undo any shift, so one of them is held too. The ratio of the two is held then
     instead of the value; what this costs is seen in the sigma along the way, and where it is too much, said. An entry
     of an inertia that stays that of a body is its own unknown near the nominal one; elsewhere the same check says so.
+    `slope` [unknowns] is that of the parameter in its unit.
     """
     k = parameters.names.index(name)
-    if parameters.gauged and name == POLAR[0]:
-        raise InputError(f"{name} has no profile: it is held as gauge")
-    family = MAGNET if parameters.gauged and name in MAGNET else GAINS if parameters.gains_gauged else ()
-    partners = [parameters.names.index(other) for other in family if other != name] if name in family else [k]
-    whole = _sigma(parameters, name, jacobian, covariance(hessian, free))
+    gauge = _gauge_of(parameters, k)
+    family = () if gauge is None else tuple(parameters.leaves[leaf].name for leaf in gauge.leaves)
+    partners = [parameters.names.index(other) for other in family if other != name] or [k]
+    whole = _sigma(slope, covariance(hessian, free))
     choices = []
     for partner in partners:
         held = np.isin(np.arange(len(free)), [k, partner])
@@ -195,42 +202,50 @@ def _choose_held(
         spread = float(np.sqrt(cov[k, k]))
         if not 0.0 < spread < np.inf:
             raise InputError(f"the data say nothing of {name}: it has no profile")
-        along = _sigma(parameters, name, jacobian, np.outer(cov[:, k], cov[:, k]) / cov[k, k])
+        along = _sigma(slope, np.outer(cov[:, k], cov[:, k]) / cov[k, k])
         choices.append((along or 0.0, held, spread))
     along, held, spread = max(choices, key=lambda choice: choice[0])
     if whole is not None and along < FAITHFUL * whole:
-        reasons = {
-            MAGNET: "the magnet's modulus is held as gauge: profile a component across it, or do not free the inertia",
-            INERTIA: "the entries of an inertia that stays that of a body move together: free this one alone",
-        }
-        gains = "the mean of the gains is held as gauge: free either the gains or imax"
-        reason = next((text for names, text in reasons.items() if name in names), gains)
-        raise InputError(f"{name} has no profile of its own, for {reason}")
+        raise InputError(f"{name} has no profile of its own, for {_why_not(parameters, k, gauge)}")
     return held, spread
 
 
-def _sigma(parameters: Parametrization, name: str, jacobian: np.ndarray, cov: np.ndarray) -> float | None:
-    """1-sigma in the unit of the name; None where there is none."""
-    names, physical = physical_covariance(jacobian, cov)
-    sigma = float(np.sqrt(physical[names.index(name), names.index(name)])) * parameters.quoted(name)
+def _gauge_of(parameters: FreeParameters, unknown: int) -> Gauge | None:
+    """The gauge that holds and has the leaf of this unknown in it."""
+    leaf = parameters.columns[unknown - len(STATE)] if unknown >= len(STATE) else -1
+    held = (gauge for gauge in parameters.tree.gauges if gauge.name in parameters.gauged)
+    return next((gauge for gauge in held if leaf in gauge.leaves), None)
+
+
+def _why_not(parameters: FreeParameters, unknown: int, gauge: Gauge | None) -> str:
+    """What its value moves with."""
+    if gauge is not None and gauge.name == "magnet":
+        return "the magnet's modulus is held as gauge: profile a component across it, or do not free the inertia"
+    if gauge is not None:
+        return f"the mean of {gauge.name} is held as gauge: free either the gains or the largest current"
+    if parameters.leaves[parameters.columns[unknown - len(STATE)]].place == INERTIA_PLACE:
+        return "the entries of an inertia that stays that of a body move together: free this one alone"
+    return "it moves together with others"
+
+
+def _sigma(slope: np.ndarray, cov: np.ndarray) -> float | None:
+    """1-sigma of a number of this slope [unknowns]; None where there is none."""
+    finite = np.isfinite(np.diagonal(cov))
+    if np.any(slope[~finite] != 0.0):
+        return None
+    sigma = float(np.sqrt(slope[finite] @ cov[np.ix_(finite, finite)] @ slope[finite]))
     return sigma if 0.0 < sigma < np.inf else None
 
 
-def _value(problem: Problem, parameters: Parametrization, name: str, origin: np.ndarray, step: Step) -> float:
-    """The parameter at a point of the walk, in the unit of its name."""
-    k = parameters.names.index(name)
-    if k < 3:
-        value = _rotation(origin, step.reference)[k]
-    elif k < len(STATE):
-        value = step.x[k] * RATE_UNIT
-    else:
-        values, *_ = describe(problem, parameters, step.x[len(STATE) :], step.attitude)
-        value = float(np.asarray(values)[NAMED.index(name)])
-        if name == POLAR[1]:
-            # Counted on from the nominal azimuth, so that a profile does not jump by a turn.
-            middle = float(np.asarray(parameters.nominal)[NAMED.index(name)])
-            value = middle + float(np.angle(np.exp(1j * (value - middle))))
-    return float(value) * TO_UNIT.get(name, 1.0) * parameters.quoted(name)
+def _value(parameters: FreeParameters, unknown: int, origin: np.ndarray, step: Step) -> float:
+    """The parameter at a point of the walk, in its unit."""
+    if unknown < 3:
+        return float(np.degrees(_rotation(origin, step.reference)[unknown]))
+    if unknown < len(STATE):
+        return float(np.degrees(step.x[unknown] * RATE_UNIT))
+    number = parameters.columns[unknown - len(STATE)]
+    values = np.asarray(parameters.tree.values(jnp.asarray(step.x[len(STATE) :])))
+    return float(values[number] * parameters.leaves[number].to_unit)
 
 
 def _rotation(origin: np.ndarray, turned: np.ndarray) -> np.ndarray:

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import jax
 import numpy as np
 
-from fitting.measurements.problem import Problem
-from fitting.parameters.parametrization import Parametrization
+from fitting.measurements.abstract import AbstractProblem
+from fitting.parameters.free import FreeParameters
 from fitting.solvers.least_squares import Point
 from fitting.solvers.refine import CONVERGED_DECREMENT, PLAIN
 from fitting.starts.multi_start import Progress, Stage, solve
@@ -41,8 +41,6 @@ class Step:
     x: np.ndarray
     reference: np.ndarray
     hessian: np.ndarray
-    attitude: np.ndarray
-    """[samples 4]"""
     rise: float
     """Cost above the minimum's."""
     settled: bool
@@ -54,8 +52,8 @@ class Step:
 
 
 def walk(
-    problem: Problem,
-    parameters: Parametrization,
+    problem: AbstractProblem,
+    parameters: FreeParameters,
     best: Point,
     hold: Held,
     *,
@@ -64,15 +62,17 @@ def walk(
     progress: Progress,
 ) -> list[Step]:
     """Points by rising offset, out to a rise of reach^2 / 2 on both sides, to a bound, or as far as `ROUNDS` lead."""
-    last = int(np.flatnonzero(problem.valid)[-1])
-    stage = Stage(last, 1, ITERATIONS, PLAIN, ~hold.held, tail=tail)
+    # What was held out takes no part in the cost.
+    last = int(np.flatnonzero(np.asarray(best.weight).any(axis=1))[-1])
+    moving = parameters.everything & ~hold.held
+    stage = Stage(last, 1, ITERATIONS, PLAIN, moving, tail=tail)
     lower, upper = parameters.bounds()
     k = hold.unknown
     limits = {-1: float(lower[k] - best.x[k]), 1: float(upper[k] - best.x[k])}
     title = f"profile of {parameters.names[k]}"
 
     def settle(wanted: list[tuple[float, Step]]) -> list[Step]:
-        starts = [_predict(near, offset, hold) for offset, near in wanted]
+        starts = [_predict(near, offset, hold.unknown, moving) for offset, near in wanted]
         x = np.clip(np.array(starts), lower, upper)
         reference = np.array([near.reference for _, near in wanted])
         points = solve(problem, parameters, stage, x, reference, np.asarray(best.weight))
@@ -120,15 +120,13 @@ def _step(offset: float, point: Point, best: Point) -> Step:
         x=np.asarray(point.x),
         reference=np.asarray(point.reference),
         hessian=np.asarray(point.hessian),
-        attitude=np.asarray(point.prediction.quaternion),
         rise=float(point.cost - best.cost),
         settled=bool(point.decrement <= CONVERGED_DECREMENT),
     )
 
 
-def _predict(near: Step, offset: float, hold: Held) -> np.ndarray:
-    """Where the unknowns go, by the quadratic model at a neighbour, as the held one moves to `offset`."""
-    k, others = hold.unknown, ~hold.held
+def _predict(near: Step, offset: float, k: int, others: np.ndarray) -> np.ndarray:
+    """Where the `others` [unknowns bool] go, by the quadratic model at a neighbour, as number `k` moves to `offset`."""
     shift = np.zeros(len(near.x))
     shift[k] = offset - near.offset
     matrix = near.hessian[np.ix_(others, others)]

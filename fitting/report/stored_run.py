@@ -21,6 +21,7 @@ from fitting.report.files import FILES
 from fitting.report.page import fit_page
 from fitting.report.sensed.files import owned_files
 from fitting.report.sensed.page import sensed_page
+from fitting.report.sensed.profiles import stored_profile
 from fitting.report.sensed.stored import is_sensed, stored_result
 from jaxsat.errors import InputError
 from jaxsat.files.text_file import read_small_file
@@ -35,6 +36,7 @@ class SensedRun:
     """A fit of any satellite as its directory holds it."""
 
     result: SensedResult
+    profiles: tuple[Profile, ...]
     provenance: dict[str, Any]
     scene: dict[str, Any] | None
     """None where the orbit was not kept."""
@@ -43,7 +45,8 @@ class SensedRun:
 
     def page(self) -> str:
         """The report's HTML."""
-        return sensed_page(self.result, self.pictures, provenance=self.provenance, scene=self.scene)
+        found = {"profiles": self.profiles, "provenance": self.provenance, "scene": self.scene}
+        return sensed_page(self.result, self.pictures, **found)
 
 
 @dataclass(frozen=True)
@@ -95,7 +98,7 @@ def _of_currents(directory: Path, fit: dict, provenance: dict, scene: dict | Non
     attitude = _columns(directory / "attitude.csv", ATTITUDE_COLUMNS)
     currents = _columns(directory / "currents.csv", CURRENT_COLUMNS)
     result = _result(fit, provenance, attitude, currents)
-    diagnostics, profiles = _diagnostics(fit["diagnostics"]), tuple(_profile(p) for p in fit["profiles"].values())
+    diagnostics, profiles = _diagnostics(fit["diagnostics"]), tuple(stored_profile(p) for p in fit["profiles"].values())
     _ = [provenance[key] for key in ("label", "epoch_utc", "rows", "samples", "orbit", "rejections", "settings")]
     return Run(result, diagnostics, profiles, provenance, scene, _pictures(directory, FILES))
 
@@ -103,7 +106,8 @@ def _of_currents(directory: Path, fit: dict, provenance: dict, scene: dict | Non
 def _sensed(directory: Path, fit: dict, provenance: dict, scene: dict | None) -> SensedRun:
     result = stored_result(directory, fit, provenance, _columns)
     _ = [provenance[key] for key in ("label", "epoch_utc", "paths", "sha256", "size_m", "rejections", "settings")]
-    return SensedRun(result, provenance, scene, _pictures(directory, owned_files(directory, result.channels)))
+    profiles = tuple(stored_profile(each) for each in fit["profiles"].values())
+    return SensedRun(result, profiles, provenance, scene, _pictures(directory, owned_files(directory, result.channels)))
 
 
 def _pictures(directory: Path, names: Iterable[str]) -> dict[str, bytes]:
@@ -183,9 +187,3 @@ def _result(fit: dict, provenance: dict, attitude: dict, currents: dict) -> FitR
 def _diagnostics(content: dict) -> Diagnostics:
     panels = {name: PanelResiduals(**panel) for name, panel in content["panels"].items()}
     return Diagnostics(**{**content, "panels": panels})
-
-
-def _profile(content: dict) -> Profile:
-    arrays = {name: np.array(content[name]) for name in ("values", "rise", "rise_data", "settled")}
-    intervals = {name: tuple(content[name]) for name in ("interval_68", "interval_95")}
-    return Profile(**{**content, **arrays, **intervals})

@@ -1,10 +1,11 @@
 """The file fit.json of a fit of any satellite (schema `jaxsat.fit/1`)."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from fitting.outcome.sensed_result import MILLIAMPERES, ChannelFit, Holdout, SensedResult
 from fitting.outcome.sensed_verdict import Witness
+from fitting.profile.profile import Profile
 from fitting.report.document import SCHEMA, TIMINGS
 from jaxsat.files.json_files import plain
 from jaxsat.telemetry import RejectedRow
@@ -17,6 +18,7 @@ def sensed_document(
     telemetry: str,
     epoch: Epoch,
     rejections: Iterable[RejectedRow] = (),
+    profiles: Sequence[Profile] = (),
     orbit: Mapping[str, Any] | None = None,
 ) -> tuple[dict[str, Any], list[str]]:
     """Returns the content of fit.json, and the places in it where a number that is not finite became null.
@@ -49,6 +51,7 @@ def sensed_document(
             for p in result.parameters
         },
         "gauge": result.gauge,
+        "unseen": [direction.as_dict() for direction in result.unseen],
         "buys": dict(result.buys),
         "correlations": {name: dict(row) for name, row in result.correlations.items()},
         "axes": {name: list(axes) for name, axes in result.axes.items()},
@@ -67,6 +70,7 @@ def sensed_document(
             "fitted": result.fitted.astype(bool),
         },
         **({} if orbit is None else {"orbit": dict(orbit)}),
+        "profiles": {p.name: p.as_dict() for p in profiles},
         "timing_s": {name: result.timing_s.get(name, 0.0) for name in TIMINGS},
     }
     return plain(document)

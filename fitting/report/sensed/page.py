@@ -5,10 +5,12 @@ from pathlib import Path
 from typing import Any
 
 from fitting.outcome.sensed_result import SensedResult
+from fitting.profile.profile import Profile
 from fitting.report.page import setting_rows
 from fitting.report.rows import STRONG_CORRELATION, strong_correlations
 from fitting.report.sensed.document import delays
 from fitting.report.sensed.page_data import sensed_page_data
+from fitting.report.sensed.profiles import PROFILE_COLUMNS, PROFILE_NOTE, profile_pictures, profile_row
 from fitting.report.sensed.rows import (
     CHANNEL_COLUMNS,
     CHANNEL_NUMBERS,
@@ -18,6 +20,7 @@ from fitting.report.sensed.rows import (
     channel_rows,
     rejected_rows,
     sensed_facts,
+    unseen_rows,
     verdict_text,
     worth_rows,
 )
@@ -33,6 +36,7 @@ def sensed_page(
     result: SensedResult,
     pictures: Mapping[str, bytes],
     *,
+    profiles: Sequence[Profile] = (),
     provenance: Mapping[str, Any],
     scene: Mapping[str, Any] | None = None,
 ) -> str:
@@ -56,6 +60,7 @@ def sensed_page(
             *_live(result, pictures),
             Facts("Fit", sensed_facts(result)),
             *_tables(result),
+            *_profiles(profiles, pictures),
             Table(
                 "Left out before the fit",
                 ("reason", "count", "columns", "rows of the file", "first"),
@@ -92,6 +97,7 @@ def _picture(pictures: Mapping[str, bytes], file: str, alt: str) -> Picture | No
 def _tables(result: SensedResult) -> Iterator[Section]:
     rows = [(name, value, f"± {s}" if s else "", *rest) for name, value, s, *rest in worth_rows(result)]
     yield Table("Parameters", ("parameter", "value", "1σ", "unit", "buys chi2", "note"), rows, (1, 4), note=WORTH_NOTE)
+    yield Table("What the data hardly see", UNSEEN_COLUMNS, unseen_rows(result), (1,), note=UNSEEN_NOTE)
     parts = [(part, buys_text(rise)) for part, rise in result.buys.items()]
     yield Table("What each part buys", ("part", "rise of chi2 without it"), parts, (1,))
     others = alternative_rows(result)[:SHOWN_ALTERNATIVES]
@@ -104,6 +110,20 @@ def _tables(result: SensedResult) -> Iterator[Section]:
 
 
 WORTH_NOTE = "Buys: rise of chi2 where the parameter's part is put back to its nominal values and the rest fitted anew."
+
+UNSEEN_COLUMNS = ("direction", "information of data / prior", "held by", "largest components, one prior sigma along it")
+UNSEEN_NOTE = (
+    "From the information matrix, the state eliminated: combinations on which the priors say more than the data, and "
+    "those of which the data say nothing."
+)
+
+
+def _profiles(profiles: Sequence[Profile], pictures: Mapping[str, bytes]) -> Iterator[Section]:
+    yield Table("Profiles", PROFILE_COLUMNS, [profile_row(p) for p in profiles], (1,), note=PROFILE_NOTE)
+    for name, file in profile_pictures(p.name for p in profiles).items():
+        if file in pictures:
+            alt = f"Rise of the cost against {name} with its intervals"
+            yield Picture(f"Profile of {name}", pictures[file], alt)
 
 
 def _plain(correlations: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:

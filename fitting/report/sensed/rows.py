@@ -1,10 +1,12 @@
 """What tables of a fit of any satellite say, as text: channels, parameters and what they buy, facts, alternatives."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from fitting.outcome.sensed_result import AMBIGUOUS_VERDICT, FITS, FITS_ONLY, PREDICTS, SensedResult
+from fitting.parameters.invisible import PRIORS
+from fitting.parameters.null_space import Direction, gauge_text
 from fitting.report.rows import medians, parameter_rows
 from jaxsat.report import Verdict
 from jaxsat.significant import count_text, spans_text, unit_text, value_text
@@ -14,6 +16,7 @@ VERDICTS: dict[str, Verdict] = {PREDICTS: "good", FITS: "good", FITS_ONLY: "doub
 """All others are bad."""
 CHANNEL_COLUMNS = ("channel", "fitted", "unit", "rms", "1σ", "held out", "promised", "ratio", "angle")
 CHANNEL_NUMBERS = (1, 3, 4, 5, 6, 7, 8)
+SHOWN_WEAK = 2
 
 
 def verdict_text(result: SensedResult) -> str:
@@ -83,12 +86,38 @@ def sensed_facts(result: SensedResult) -> list[tuple[str, str]]:
         facts.append(("... where it is held out", f"{medians(result.attitude_sigma_deg[~fitted])} deg (median)"))
     rate = np.degrees(np.linalg.norm(result.angular_velocity_rad_s, axis=1))
     facts.append(("angular rate", f"{rate.min():.3g} to {rate.max():.3g} deg/s"))
-    if result.gauge:
+    defined = [d for d in result.unseen if d.blind and d.held_by != PRIORS]
+    if defined:
+        facts.append(("by definition", gauge_text(defined) or ""))
+    elif result.gauge and not result.unseen:
         facts.append(("by definition", result.gauge))
+    if len(result.unseen) > len(defined):
+        facts.append(("held by the priors", _weak_text([d for d in result.unseen if d not in defined])))
     facts += [(f"axes of {name}", ", ".join(axes)) for name, axes in result.axes.items()]
     times = ", ".join(f"{name} {seconds:.1f} s" for name, seconds in result.timing_s.items() if seconds > 0.0)
     facts.append(("time", times))
     return facts
+
+
+def _weak_text(weak: Sequence[Direction]) -> str:
+    """How many combinations the priors hold, and those of them that the data see least."""
+    weakest = sorted(weak, key=lambda d: d.information)[:SHOWN_WEAK]
+    more = ", the weakest " if len(weak) > 1 else ": "
+    return f"{count_text(len(weak), 'combination')} of parameters{more}{'; '.join(d.name for d in weakest)}"
+
+
+def unseen_rows(result: SensedResult) -> list[tuple[str, str, str, str]]:
+    """Returns (name, information, what holds it, components) of the directions that the data hardly see."""
+    units = {p.name: unit_text(p.unit) for p in result.parameters}
+    return [
+        (
+            d.name,
+            "none" if d.blind else value_text(d.information, 2),
+            d.held_by,
+            ", ".join(f"{name} {change:+.3g} {units.get(name, '')}".strip() for name, change in d.components.items()),
+        )
+        for d in result.unseen
+    ]
 
 
 def alternative_rows(result: SensedResult) -> list[tuple[str, str, str, str]]:

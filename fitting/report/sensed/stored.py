@@ -8,6 +8,7 @@ import numpy as np
 
 from fitting.outcome.result import FittedParameter
 from fitting.outcome.sensed_result import Break, ChannelFit, Holdout, SensedResult
+from fitting.parameters.null_space import Direction
 from fitting.report.sensed.shown import file_stems
 from fitting.report.sensed.tables import SENSED_ATTITUDE_COLUMNS
 
@@ -50,6 +51,7 @@ def stored_result(directory: Path, fit: dict, provenance: dict, columns: Columns
         field_angle_deg=_known(attitude["field_angle_deg"]),
         field_angle_sigma_deg=_known(attitude["field_angle_sigma_deg"]),
         gauge=fit["gauge"],
+        unseen=tuple(Direction(**{k: v for k, v in each.items() if k != "blind"}) for each in fit["unseen"]),
     )
 
 

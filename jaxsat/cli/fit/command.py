@@ -78,8 +78,8 @@ def fit(
     profile: Annotated[
         list[str] | None,
         Parameter(
-            help="NAME of a free parameter, as imax, rods.y, rate.x: the lowest cost at each of its values and the "
-            "68 and 95 % intervals read from it; repeatable.",
+            help="NAME of a free number, as magnet.x, mag.bias.x, rate.x: the lowest cost at each of its values and "
+            "the 68 and 95 % intervals read from it; repeatable.",
             negative=(),
         ),
     ] = None,
@@ -112,7 +112,7 @@ def fit(
 
     Example: jaxsat fit a.RAW_SUN --free alsI0,albedo --arc 0 2700 --out a-fit
 
-    Example: jaxsat fit --profile imax --profile albedo.specular
+    Example: jaxsat fit pass.csv --satellite sat.toml --profile magnet.x --profile mag.bias.x
     """
     began = time.perf_counter()
     if satellite is not None:
