@@ -114,10 +114,11 @@ def satellite_at_truth(truth: dict, free: str, *, blind: bool) -> dict[str, obje
 
     Where magnet and inertia are both free the common scale is the truth's |magnet|; `blind` gives nothing away but it.
     """
-    from fitting.parameters.names import parse_free
+    from fitting.sensed_run import chosen_leaves
+    from jaxsat.satellites import read_satellite
 
-    cfg = truth["cfg"]
-    names = parse_free(free)
+    cfg, munin = truth["cfg"], read_satellite()
+    names = chosen_leaves(munin.leaves, free.split(","), munin.aliases)
     given: dict[str, object] = {}
     if not any(name.startswith("magnet") for name in names):
         given["spacecraft.magnet_A_m2"] = [float(m) for m in cfg["magnet"]]
@@ -184,8 +185,7 @@ def run(session: str, free: str, bounds: dict) -> dict:
     session_read = read_telemetry(path, satellite)
     began = time.perf_counter()
     found = fitting.fit(satellite, session_read, free=words)
-    assert isinstance(found, fitting.SessionFit)
-    result = found.result
+    result, cells = found.result, found.result.channels["cells"]
     seconds = time.perf_counter() - began
 
     index = [int(np.argmin(np.abs(np.array(truth["t"]) - t))) for t in result.t_s]
@@ -215,7 +215,7 @@ def run(session: str, free: str, bounds: dict) -> dict:
         "dof": result.dof,
         "attitude_rms_deg": float(np.sqrt(np.mean(angle**2))),
         "field_angle_max_error_deg": float(field_error.max()),
-        "limited_s": result.t_s[result.limited].tolist(),
+        "left_out_s": cells.t_s[~cells.used].tolist(),
         "attitude_sigma_over_bound": (result.attitude_sigma_deg[0] / np.array(attitude)).tolist() if attitude else None,
         "seconds": seconds,
         "parameters": rows,

@@ -25,11 +25,10 @@ def main() -> None:
     jax.config.update("jax_enable_x64", True)
 
     from fitting.measurements.abstract import RATE_UNIT
-    from fitting.measurements.observations import build_problem
-    from fitting.parameters.nominal import nominal_model
-    from fitting.parameters.parametrization import parametrization
-    from fitting.session import prepare_session
-    from fitting.settings import FitSettings
+    from fitting.measurements.assembly import Samples, build_sensed
+    from fitting.parameters.free import free_parameters
+    from fitting.sensed_run import chosen_leaves
+    from fitting.surroundings import surroundings
     from jaxsat.bundled import BUNDLED
     from jaxsat.integrators import BLOCK
     from jaxsat.satellites import read_satellite
@@ -49,16 +48,19 @@ def main() -> None:
             "albedo.diffuse": true["albedo.diffuse"],
         }
     )
-    samples = prepare_session(read_telemetry(path, satellite)).observations()
-    settings = FitSettings(free=arguments.free)
-    sigma_mA = settings.reading_sigma_mA
-    problem = build_problem(samples, noise=1e-3 * sigma_mA, max_step=4.0)
-    parameters = parametrization(nominal_model(satellite), settings.free_names, settings.prior_sigma)
+    session = read_telemetry(path, satellite)
+    cells = session.channels["cells"]
+    samples = Samples.of({"cells": cells}, session.epoch, {})
+    around, _ = surroundings(satellite, session)
+    problem = build_sensed(samples, satellite.model, around, delayed=(), max_step=4.0, room_for=4.0)
+    free = chosen_leaves(satellite.leaves, arguments.free.split(","), satellite.aliases)
+    parameters = free_parameters(satellite.model, satellite.leaves, free, held=satellite.held)
+    sigma_mA = 1e3 * cells.sigma
 
     x = np.zeros(len(parameters.names))
     x[3:6] = np.array(truth["cfg"]["w0"]) / RATE_UNIT
     everything = np.asarray(len(problem.grid.step) // BLOCK)
-    prediction, jacobian = jax.jit(lambda x, q: problem.predict(parameters, x, q, everything))(
+    prediction, jacobian = jax.jit(lambda x, q: problem.predict(parameters.tree, x, q, everything))(
         x, np.array(truth["cfg"]["q0"])
     )
     count = len(samples.t)
@@ -66,17 +68,18 @@ def main() -> None:
     used = clean > 0
     if truth["cfg"]["clip"]:
         used &= ~((samples.t >= truth["cfg"]["clip"][0]) & (samples.t <= truth["cfg"]["clip"][1]))[:, None]
-    measured = 1e3 * np.asarray(problem.measured)[:count]
+    measured = 1e3 * samples.values["cells"]
     modelled = measured + np.asarray(prediction.residual)[:count] * sigma_mA
     noise = ((measured - clean) / sigma_mA)[used]
-    A = np.asarray(jacobian)[:count][used]
+    A = np.asarray(jacobian)[:count][used][:, parameters.everything]
     cov = np.linalg.inv(A.T @ A)
     error = cov @ A.T @ noise
+    names = [name for name, moves in zip(parameters.names, parameters.everything, strict=True) if moves]
     result = {
         "session": FILES[arguments.session],
         "noise_rms_mA": float(np.sqrt(np.mean(noise**2)) * sigma_mA),
         "model_minus_clean_rms_mA": float(np.sqrt(np.mean((modelled - clean)[used] ** 2))),
-        "error_over_sigma": dict(zip(parameters.names, (error / np.sqrt(np.diagonal(cov))).tolist(), strict=True)),
+        "error_over_sigma": dict(zip(names, (error / np.sqrt(np.diagonal(cov))).tolist(), strict=True)),
     }
     print(f"{result['session']}: noise {result['noise_rms_mA']:.3f} mA RMS,", end=" ")
     print(f"our model at the truth differs from the clean currents by {result['model_minus_clean_rms_mA']:.3f} mA RMS")

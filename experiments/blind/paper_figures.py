@@ -19,17 +19,16 @@ from motion import simulate
 from paper_settings import LIMITED, NOMINAL_TRUTH, SETTINGS, START_DEG, Setting
 from rich.progress import track
 from scipy.spatial.transform import Rotation
-from surroundings import apparent_sun, greenwich_angle, kepler, magnetic_field
+from surroundings import greenwich_angle, kepler, magnetic_field
 
-from fitting.estimate import estimate
-from fitting.measurements.observations import Observations
-from fitting.outcome.result import FitResult
-from fitting.parameters.nominal import nominal_model
-from fitting.settings import AdaptiveRules, FitSettings
-from jaxsat.constants import EARTH_MU, EARTH_RADIUS_MEAN, EARTH_ROTATION_RATE
-from jaxsat.environment import igrf_field, orbit_from_elements_km_deg
+import fitting
+from fitting.outcome.sensed_result import SensedResult
+from fitting.sensed_settings import AdaptiveRules, SensedSettings
+from jaxsat.given import Earth, Given
 from jaxsat.plotting.style import INK, dress, new_figure
-from jaxsat.satellites import read_satellite
+from jaxsat.satellites import read_numbers
+from jaxsat.satellites.described import Readings, described
+from jaxsat.telemetry import Channel, TableSession
 from jaxsat.time import Epoch
 
 jax.config.update("jax_enable_x64", True)
@@ -68,33 +67,31 @@ def measured(truth: dict[str, Any], setting: Setting, noise_mA: float, seed: int
     return np.where(clean > 0.0, np.maximum(clean + noise, 0.0), 0.0)
 
 
-def fitted(truth: dict[str, Any], currents_mA: np.ndarray, setting: Setting, way: str) -> FitResult:
+def fitted(truth: dict[str, Any], currents_mA: np.ndarray, setting: Setting, way: str) -> SensedResult:
     """The fit of the setting's arc."""
-    free = setting.free + (",albedo.specular" if way == "ours" else "")
+    free = (setting.free, "albedo.specular") if way == "ours" else (setting.free,)
     adaptive, changed = WAYS[way]
-    settings = FitSettings(free=free, quantum_mA=0.0, adaptive=adaptive)
-    satellite = read_satellite(changed={**changed, **setting.nominal})
-    cfg, start = truth["cfg"], dt.datetime.fromisoformat(truth["cfg"]["start"])
-    e = cfg["elements"]
-    motion = np.sqrt(EARTH_MU / e["a"] ** 3)
-    orbit = orbit_from_elements_km_deg(
-        a_km=e["a"] / 1e3, e=e["e"], i_deg=e["i"], raan_deg=e["raan"], argp_deg=e["argp"],
-        mean_anomaly_deg=float(np.degrees(-motion * e["t_peri"])),
-    )  # fmt: skip
+    numbers = read_numbers(changed={**changed, **setting.nominal})
+    satellite = described(numbers, readings=Readings(quantum_mA=0.0))
     inside = truth["t"] <= setting.until_s
-    t = truth["t"][inside]
-    year = Epoch.from_utc(start.year, start.month, start.day, start.hour, start.minute, start.second).decimal_year()
-    samples = Observations(
-        t=t,
-        currents=1e-3 * currents_mA[inside],
-        orbit=orbit,
-        field=igrf_field(year),
-        greenwich_angle=greenwich_angle(start),
-        earth_rotation_rate=EARTH_ROTATION_RATE,
-        earth_radius=EARTH_RADIUS_MEAN,
-        sun_eci=apparent_sun(start, t),
+    cfg, t = truth["cfg"], truth["t"][inside]
+    epoch = Epoch.from_iso(cfg["start"])
+    position, velocity = kepler(cfg["elements"], t)
+    session = TableSession(
+        paths=(Path(f"figures {setting.figures}"),),
+        sha256=(),
+        epoch=epoch,
+        channels={"cells": Channel.of("cells", satellite.channels["cells"], t, currents_mA[inside])},
+        columns={},
+        rejections=(),
+        remarks=(),
+        positions=(t, position),
+        velocities=velocity,
     )
-    return estimate(samples, nominal_model(satellite), settings)
+    # The true angle, which is not quite that of our own time scales.
+    angle = float(np.degrees(greenwich_angle(dt.datetime.fromisoformat(cfg["start"]))))
+    given = Given(earth=Earth(greenwich_angle_deg=(angle + 180.0) % 360.0 - 180.0))
+    return fitting.fit(satellite, session, free=free, settings=SensedSettings(adaptive=adaptive), given=given).result
 
 
 def principal(values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
@@ -103,7 +100,7 @@ def principal(values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
     return np.linalg.eigh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
-def judged(truth: dict[str, Any], result: FitResult) -> dict[str, Any]:
+def judged(truth: dict[str, Any], result: SensedResult) -> dict[str, Any]:
     """What the table says of a fit."""
     k = np.searchsorted(truth["t"], result.t_s - 1e-6)
     overlap = np.abs(np.sum(result.quaternion_inertial_from_body * truth["q"][k], axis=1))
@@ -111,7 +108,7 @@ def judged(truth: dict[str, Any], result: FitResult) -> dict[str, Any]:
         "status": result.status,
         "attitude_max_deg": float(np.degrees(2.0 * np.arccos(np.minimum(overlap, 1.0))).max()),
         "field_angle_max_deg": float(np.abs(result.field_angle_deg - truth["theta"][k]).max()),
-        "left_out": int(result.limited.sum()),
+        "left_out": int((~result.channels["cells"].used).sum()),
     }
     values = {p.name: p.value for p in result.parameters}
     row["values"] = {p.name: [p.value, p.sigma] for p in result.parameters if p.free}
