@@ -11,6 +11,7 @@ from fitting.measurements.sensed import SensedProblem
 from fitting.measurements.sky import Around
 from fitting.parameters.free import FreeParameters
 from fitting.sensed_settings import SensedSettings
+from fitting.solvers.adaptive import panels_of, refine_adaptively
 from fitting.solvers.refine import Refined, candidates, refine
 from fitting.starts.carry import carried_back
 from fitting.starts.conventions import MOST, Convention, conventions, with_axes
@@ -70,10 +71,12 @@ def identify(
 ) -> Identified:
     """Best motion and parameters by the samples up to `fit_until` [s]; the rest is predicted and not looked at.
 
-    Raises `InputError` where there are too few samples.
+    Raises `InputError` where there are too few samples, or not one sensor of panels for adaptive weights.
     """
     began = time.perf_counter()
     progress("preparing", 0, 1)
+    if settings.adaptive.on:
+        panels_of(model)
     fitted = int(np.searchsorted(samples.t, fit_until, side="right"))
     if fitted < FIRST_ARC:
         raise InputError(f"only {fitted} samples to fit; a fit needs at least {FIRST_ARC}")
@@ -97,7 +100,7 @@ def identify(
     coarse = build_sensed(part, model, around, max_step=step, room_for=finest, **build)
     tabulated = time.perf_counter()
     progress("compiling", 0, 1)
-    for compilation in compile_solvers(coarse, parameters, "levenberg_marquardt"):
+    for compilation in compile_solvers(coarse, parameters, settings.solver):
         if compilation is not None:
             compilation.result()
     compiled = time.perf_counter()
@@ -123,13 +126,22 @@ def identify(
         if begin > 0:
             starts = carried_back(starts, parameters, samples, begin, problem.model, around, fine_step)
         if len(starts.cost):
-            refined = refine(problem, parameters, starts, weight, likelihood=settings.likelihood, progress=progress)
+            refined = _refined(problem, parameters, starts, weight, around, settings, progress)
             minima.append(Minimum(run.convention, problem, refined))
     if not minima:
         raise InputError("no start survives: the nominal satellite or the noise is out of all range")
     minima.sort(key=lambda minimum: minimum.refined.score[0])
     timing = {"prepare": tabulated - began, "compile": compiled - tabulated, "solve": time.perf_counter() - compiled}
     return Identified(tuple(minima), samples, parameters, fitted, finest, timing)
+
+
+def _refined(problem, parameters, starts, weight, around, settings, progress) -> Refined:
+    """The last steps by the likelihood, or by the rules of adaptive weights."""
+    if settings.adaptive.on:
+        radius = float(np.asarray(around.earth_radius))
+        return refine_adaptively(problem, parameters, starts, weight, settings.adaptive, radius, progress)
+    how = {"likelihood": settings.likelihood, "solver": settings.solver}
+    return refine(problem, parameters, starts, weight, **how, progress=progress)
 
 
 class _Run:

@@ -2,8 +2,9 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from fitting.solvers.rules import AdaptiveRules
 from jaxsat.setting_types import Interval, Positive, Section
 
 
@@ -25,3 +26,19 @@ class SensedSettings(Section):
     likelihood: Literal["mixture", "student", "trimmed", "normal"] = Field(
         default="mixture", description="what may be wrong with a sample of a sensor"
     )
+    solver: Literal["levenberg_marquardt", "lbfgs", "adam"] = Field(
+        default="levenberg_marquardt",
+        description="solver of the last steps: levenberg_marquardt, or, to compare, lbfgs (10 times as long), adam "
+        "(gradient descent, 100 times)",
+    )
+    adaptive: AdaptiveRules = Field(
+        default=AdaptiveRules(), description="weights of panel currents, in place of likelihood"
+    )
+
+    @model_validator(mode="after")
+    def _solver_of_weights(self):
+        if self.adaptive.on and self.solver != "levenberg_marquardt":
+            raise ValueError(
+                f"adaptive weights are solved by levenberg_marquardt, not by {self.solver}: set one of them"
+            )
+        return self

@@ -6,6 +6,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
 from fitting.parameters.names import parse_free
+from fitting.solvers.rules import AdaptiveRules
 from jaxsat.setting_types import Interval, NonNegative, Positive, Section
 
 
@@ -29,35 +30,6 @@ class PriorSigma(Section):
     )
     albedo: Positive = Field(default=0.5, description="each reflectivity [1]")
     tilts_deg: Positive = Field(default=2.0, description="each turn of a panel [deg]")
-
-
-class AdaptiveRules(Section):
-    """The adaptive weights of the program `als`, for a model without albedo, in place of `likelihood`."""
-
-    on: bool = Field(default=False, description="use them")
-    passes: int = Field(default=4, ge=1, le=100, description="solutions with renewed weights, K_iter")
-    limiting_ratio: float = Field(
-        default=0.85, ge=0, le=1, description="rule 1: doubt samples below this share of the possible sum [1]; 0 is off"
-    )
-    limiting_power: NonNegative = Field(default=4.0, description="power of measured over that share of it [1]")
-    large_gain: NonNegative = Field(
-        default=1.0, description="rule 2: weight x 1 + gain (current / imax)^2 [1]; 0 is off"
-    )
-    small_mA: NonNegative = Field(default=20.0, description="rule 3: currents below this [mA]")
-    small_factor: float = Field(default=0.3, ge=0, le=1, description="are weighed by this [1]; 1 is off")
-    away_factor: Positive = Field(
-        default=2.0, description="rule 4: factor of panels that cannot see the Earth [1]; 1 is off"
-    )
-    axis_factors: Annotated[tuple[Positive, Positive, Positive], Field(strict=False)] = Field(
-        default=(1.0, 1.0, 1.0), description="rule 5: factors of the panels on x, y, z [1]"
-    )
-    specular_alpha: NonNegative = Field(
-        default=1.0, description="rule 6: weight / (1 + alpha I_alb / (I_sun + delta)) at each pass [1]; 0 is off"
-    )
-    specular_delta_mA: Positive = Field(default=10.0, description="its delta [mA]")
-    specular_reflectivity: float = Field(default=0.5, ge=0, le=1, description="of the Earth, for its I_alb [1]")
-    zero_in_shadow: bool = Field(default=True, description="take currents in the Earth's shadow for zero")
-    zero_turned_away: bool = Field(default=True, description="and those of panels turned away from the Sun")
 
 
 class FitSettings(Section):

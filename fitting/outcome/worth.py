@@ -30,4 +30,4 @@ def worth(found: Identified, best: Minimum, point: Point) -> dict[str, float]:
     stage = Stage(last, count, ITERATIONS, PLAIN, parameters.everything & ~held)
     moved = advance(best.problem, parameters, stage, Starts(x, reference, np.zeros(count)), weight)
     rises = 2.0 * (moved.cost[1:] - moved.cost[0])
-    return {parts[k]: float(rises[k]) for k in np.argsort(-rises)}
+    return {str(parts[k]): float(rises[k]) for k in np.argsort(-rises)}

@@ -6,24 +6,15 @@ of its prior sigma, those that move the satellite in front. Both kinds are padde
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
-import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
 
 from fitting.parameters.names import STATE
 from fitting.parameters.parametrization import FLAT, Parametrization
-from fitting.parameters.transforms import (
-    dipole_from_polar,
-    inertia_shift,
-    physical_inertia,
-    polar_from_dipole,
-    second_moment_root,
-    thinnest,
-)
+from fitting.parameters.transforms import inertia_shift, polar_from_dipole, second_moment_root, thinnest
+from fitting.parameters.tree import FreeLeaves, Gauge
 from jaxsat.errors import InputError
 from jaxsat.satellites.model import INERTIA_PLACE, MAGNET_PLACE, POLAR_PLACE, Leaf, Model, Spot, nominal_values
 
@@ -31,74 +22,6 @@ PAD = 4
 MAX_ELEVATION = np.radians(80.0)
 """Highest elevation of a nominal dipole that angles may describe."""
 MODULUS: Spot = (POLAR_PLACE, (0,))
-
-
-class Gauge(NamedTuple):
-    """Leaves whose common size no channel tells while what scales with it is free too."""
-
-    name: str
-    """As the satellite file has it: `magnet`, or the gains of a sensor, `cells.gain`."""
-    leaves: tuple[int, ...]
-    beside: tuple[int, ...]
-    """Leaves that must be free with them."""
-
-    def size(self, values: Float[Array, " leaves"]) -> Float[Array, ""]:
-        """The modulus of a dipole, the mean of gains."""
-        return jnp.sqrt(jnp.sum(values**2)) if self.name == "magnet" else jnp.mean(values)
-
-
-class FreeLeaves(eqx.Module):
-    """The values of all leaves as a function of `x`."""
-
-    nominal: Float[Array | np.ndarray, " leaves"]
-    """SI"""
-    tangent: Float[Array | np.ndarray, "leaves unknowns"]
-    """Change of each leaf for a unit of each unknown after the state; columns of zeros are padding."""
-    inertia_root: Float[Array | np.ndarray, "3 3"]
-    """`transforms.second_moment_root` of the nominal inertia."""
-    inertia_root_inverse: Float[Array | np.ndarray, "3 3"]
-    keeps_body: Float[Array | np.ndarray, ""]
-    """1 where the inertia stays that of a body whatever the shift, 0 where its entries move by themselves."""
-    by_angles: Float[Array | np.ndarray, ""]
-    """1 where the dipole moves by its modulus and angles, 0 where by its components."""
-    gauge_on: Float[Array | np.ndarray, " gauges"]
-    """1 where the size of its leaves is held at the nominal one, for nothing tells it; 0 where it moves."""
-    gauges: tuple[Gauge, ...] = eqx.field(static=True)
-    spots: tuple[Spot, ...] = eqx.field(static=True)
-    moving: int = eqx.field(static=True)
-    """Unknowns after the state that move the satellite, padding included."""
-
-    def values(self, x_model: Float[Array, " unknowns"]) -> Float[Array, " leaves"]:
-        """Values of all leaves, SI. Differentiable."""
-        shift = jnp.asarray(self.tangent) @ x_model
-        found = jnp.asarray(self.nominal) + shift
-        inertia = np.array([place == INERTIA_PLACE for place, _ in self.spots])
-        if inertia.sum() == 6:
-            index = np.flatnonzero(inertia)
-            body = physical_inertia(
-                jnp.asarray(self.inertia_root), jnp.asarray(self.inertia_root_inverse), shift[index]
-            )
-            found = found.at[index].set(jnp.where(jnp.asarray(self.keeps_body) > 0.0, body, found[index]))
-        magnet, polar = (
-            np.flatnonzero([each == place for each, _ in self.spots]) for place in (MAGNET_PLACE, POLAR_PLACE)
-        )
-        if len(polar) == 3:
-            moved, length_held = dipole_from_polar(found[polar]), jnp.asarray(False)
-            found = found.at[magnet].set(jnp.where(jnp.asarray(self.by_angles) > 0.0, moved, found[magnet]))
-        for number, gauge in enumerate(self.gauges):
-            index = np.array(gauge.leaves)
-            held = jnp.asarray(self.gauge_on)[number] > 0.0
-            # A size of zero is divided by where nothing is held.
-            share = gauge.size(jnp.asarray(self.nominal)[index]) / jnp.where(held, gauge.size(found[index]), 1.0)
-            found = found.at[index].set(found[index] * jnp.where(held, share, 1.0))
-            if len(polar) == 3 and gauge.name == "magnet":
-                length_held = held
-        if len(polar) == 3:
-            restated = polar_from_dipole(found[magnet])
-            # Held by definition: no rounding shall pass for a slope.
-            length = jnp.where(length_held, jax.lax.stop_gradient(restated[0]), restated[0])
-            found = found.at[polar].set(restated.at[0].set(length))
-        return found
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from fitting.settings import AdaptiveRules
 from fitting.solvers.adaptive import PanelLight, corrected, rule_weights
+from fitting.solvers.rules import AdaptiveRules
+from jaxsat.spacecraft import box_normals
 
 OFF = AdaptiveRules(
     limiting_ratio=0.0,
@@ -24,11 +25,12 @@ COS_SUN = np.where(DIRECT > 0, DIRECT / IMAX, -0.1)
 COS_ZENITH = np.array([[0.9, -0.9, 0.3, -0.3, 0.1, -0.1], [0.59, -0.59, 0.61, -0.61, 0.0, 0.0]])
 LIGHT = PanelLight(DIRECT, SPECULAR, COS_SUN, COS_ZENITH)
 HORIZON = np.array([0.6, 0.6])
+NORMALS = np.asarray(box_normals())
 
 
 def weights(number=1, **changes):
     """Relative to those of a rule-free current, of which the mean-one normalisation is taken out by the last one."""
-    found = rule_weights(OFF.changed(**changes), MEASURED, LIGHT, HORIZON, IMAX, number)
+    found = rule_weights(OFF.changed(**changes), MEASURED, LIGHT, HORIZON, NORMALS, IMAX, number)
     assert found.mean() == pytest.approx(1.0) and np.all(found >= 0.0)
     return found
 
