@@ -11,14 +11,15 @@ import jax
 from fitting.estimate import estimate
 from fitting.measurements.limb_input import LimbInput
 from fitting.measurements.observations import LIMB_FIELD
-from fitting.outcome.diagnostics import magnetometer_witness
+from fitting.outcome.currents_diagnostics import magnetometer_witness
 from fitting.outcome.result import FitResult, FittedParameter
 from fitting.outcome.sensed_verdict import Witness
 from fitting.parameters.nominal import nominal_model
 from fitting.profile.profile import Profile
 from fitting.profile.profiler import Profiler
 from fitting.report.files import FILES, write_fit
-from fitting.report.scene import Sky, look_around
+from fitting.report.prepared_scene import look_around
+from fitting.report.scene import Sky
 from fitting.sensed_run import SensedFit, fit_table
 from fitting.sensed_settings import SensedSettings
 from fitting.session import PreparedSession, prepare_session

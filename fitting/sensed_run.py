@@ -2,10 +2,11 @@
 
 import dataclasses
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import jax
 import numpy as np
@@ -15,17 +16,18 @@ from fitting.measurements.assembly import Samples, build_sensed, channels_within
 from fitting.measurements.given import is_told
 from fitting.measurements.groups import columns_of
 from fitting.measurements.sky import Around
-from fitting.orbit.orbit_fit import fit_orbit
+from fitting.orbit.orbit_fit import OrbitFit, fit_orbit
 from fitting.outcome.looking import Look, look_at
 from fitting.outcome.sensed_result import SensedResult
 from fitting.outcome.sensed_summary import summarize_sensed
 from fitting.outcome.uncertainty import at_bound, covariance
 from fitting.parameters.free import free_parameters
 from fitting.report.sensed.files import owned_files, write_sensed
+from fitting.report.sensed.surroundings import Surroundings, look_around
 from fitting.sensed_settings import SensedSettings
 from fitting.starts.multi_start import Progress
 from jaxsat.constants import EARTH_RADIUS_MEAN, EARTH_ROTATION_RATE
-from jaxsat.environment import AbstractOrbit, igrf_field
+from jaxsat.environment import igrf_field
 from jaxsat.errors import InputError
 from jaxsat.files.staging import staged_directory
 from jaxsat.satellites import Satellite
@@ -34,6 +36,9 @@ from jaxsat.telemetry import TableSession
 from jaxsat.telemetry.table.motion import motion_for
 from jaxsat.telemetry.table.orbit import orbit_for
 from jaxsat.time import greenwich_angle
+
+if TYPE_CHECKING:
+    from fitting.profile.profile import Profile
 
 
 @dataclass(frozen=True)
@@ -46,6 +51,11 @@ class SensedFit:
     satellite: Satellite
     settings: SensedSettings
     around: Around
+    orbit_fit: OrbitFit | None
+    """The orbit where it was fitted to positions of the session."""
+    surroundings: Callable[[], Surroundings]
+    """What the motion happens in; waits where it is still being computed."""
+    profiles: Sequence["Profile"] = ()
 
     @property
     def status(self) -> str:
@@ -131,9 +141,10 @@ class SensedFit:
             session=self.session,
             settings=self.settings.model_dump(mode="json"),
             plots=plots,
-            around=self.around,
-            name=self.satellite.name,
-            size_m=self.satellite.size_m,
+            surroundings=self.surroundings(),
+            orbit_fit=self.orbit_fit,
+            satellite=self.satellite,
+            profiles=self.profiles,
         )
 
 
@@ -171,9 +182,11 @@ def fit_table(
     settings: SensedSettings | None = None,
     *,
     progress: Progress = lambda *_: None,
+    sky_ahead: bool = False,
 ) -> SensedFit:
     """Fits motion, satellite and sensors to all channels of a session.
 
+    With `sky_ahead` what a report shows of the surroundings is computed beside the fit.
     Raises `InputError` for what cannot be fitted, ValueError where JAX works in single precision.
     """
     if not jax.config.read("jax_enable_x64"):
@@ -185,12 +198,14 @@ def fit_table(
     if settings.free is None:
         free = tuple(leaf.name for leaf in leaves if leaf.name in free and not _of_witness(leaf, session))
     channels = channels_within(session, settings.arc_s)
-    around = surroundings(satellite, session)
+    orbit_fit = fitted_orbit(satellite, session)
+    around = surroundings(satellite, session, orbit_fit)
     given = motion_for(satellite, session, around.orbit)
     remarks = ()
     if given is not None:
         channels, remarks = _where_told(channels, given, session)
     samples = Samples.of(channels, session.epoch, dict(session.columns), given)
+    sky = look_around(samples.t, around, session.epoch, at_once=sky_ahead)
     late = {leaf.place for leaf in leaves if leaf.name in free or leaf.sigma is not None}
     delayed = tuple(
         name for name in channels if f"delays.{name}" in late or float(np.asarray(model.delays[name])) != 0.0
@@ -220,14 +235,15 @@ def fit_table(
     timing = {**result.timing_s, "prepare": result.timing_s["prepare"] + prepared}
     timing["total"] = time.perf_counter() - began
     result = dataclasses.replace(result, timing_s=timing, remarks=(*remarks, *result.remarks))
-    return SensedFit(result, found, session, satellite, settings, around)
+    return SensedFit(result, found, session, satellite, settings, around, orbit_fit, sky)
 
 
-def surroundings(satellite: Satellite, session: TableSession) -> Around:
-    """Orbit, field and Earth of a session."""
+def surroundings(satellite: Satellite, session: TableSession, orbit_fit: OrbitFit | None = None) -> Around:
+    """Orbit, field and Earth of a session; `orbit_fit` is its `fitted_orbit` where that is known already."""
     craft = satellite.model.spacecraft
+    orbit_fit = orbit_fit or fitted_orbit(satellite, session)
     return Around(
-        _orbit(satellite, session),
+        orbit_for(satellite, session) if orbit_fit is None else orbit_fit.orbit,
         igrf_field(session.epoch.decimal_year()),
         np.asarray(greenwich_angle(session.epoch)),
         np.asarray(EARTH_ROTATION_RATE),
@@ -238,11 +254,12 @@ def surroundings(satellite: Satellite, session: TableSession) -> Around:
     )
 
 
-def _orbit(satellite: Satellite, session: TableSession) -> AbstractOrbit:
+def fitted_orbit(satellite: Satellite, session: TableSession) -> OrbitFit | None:
+    """The orbit by the positions of a session; None where the satellite file does not ask for it."""
     columns = satellite.orbit.columns
     if columns is None or columns.law != "kepler" or session.positions is None or session.velocities is None:
-        return orbit_for(satellite, session)
-    return fit_orbit(*session.positions, session.velocities, file=session.paths[0]).orbit
+        return None
+    return fit_orbit(*session.positions, session.velocities, file=session.paths[0])
 
 
 def _of_witness(leaf: Leaf, session: TableSession) -> bool:

@@ -1,15 +1,20 @@
 """The file fit.json of a fit of any satellite (schema `jaxsat.fit/1`)."""
 
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
+from fitting.outcome.diagnostics import diagnose
 from fitting.outcome.sensed_result import ChannelFit, Holdout, SensedResult
 from fitting.outcome.sensed_verdict import Witness
-from fitting.report.document import SCHEMA, TIMINGS
 from jaxsat.files.json_files import plain
 from jaxsat.telemetry import RejectedRow
 from jaxsat.time import Epoch
 
+if TYPE_CHECKING:
+    from fitting.profile.profile import Profile
+
+SCHEMA = "jaxsat.fit/1"
+TIMINGS = ("import", "prepare", "compile", "solve", "total")
 MILLIAMPERES = {"A": 1e3, "mA": 1.0, "uA": 1e-3}
 
 
@@ -20,6 +25,7 @@ def sensed_document(
     epoch: Epoch,
     rejections: Iterable[RejectedRow] = (),
     orbit: Mapping[str, Any] | None = None,
+    profiles: Sequence["Profile"] = (),
 ) -> tuple[dict[str, Any], list[str]]:
     """Returns the content of fit.json, and the places in it where a number that is not finite became null.
 
@@ -51,6 +57,7 @@ def sensed_document(
             for p in result.parameters
         },
         "gauge": result.gauge,
+        "unseen": [direction.as_dict() for direction in result.unseen],
         "buys": dict(result.buys),
         "correlations": {name: dict(row) for name, row in result.correlations.items()},
         "axes": {name: list(axes) for name, axes in result.axes.items()},
@@ -69,6 +76,8 @@ def sensed_document(
             "fitted": result.fitted.astype(bool),
         },
         **({} if orbit is None else {"orbit": dict(orbit)}),
+        "diagnostics": diagnose(result).as_dict(),
+        "profiles": {p.name: p.as_dict() for p in profiles},
         "timing_s": {name: result.timing_s.get(name, 0.0) for name in TIMINGS},
     }
     return plain(document)

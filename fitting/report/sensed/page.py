@@ -1,23 +1,34 @@
 """The report of a fit of any satellite as one HTML page."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from fitting.outcome.diagnostics import diagnose
 from fitting.outcome.sensed_result import SensedResult
-from fitting.report.page import setting_rows
-from fitting.report.rows import STRONG_CORRELATION, strong_correlations
+from fitting.report.rows import (
+    STRONG_CORRELATION,
+    profile_picture,
+    profile_row,
+    setting_rows,
+    strong_correlations,
+)
 from fitting.report.sensed.document import delays
 from fitting.report.sensed.page_data import sensed_page_data
-from fitting.report.sensed.rows import (
+from fitting.report.sensed.result_rows import (
     CHANNEL_COLUMNS,
     CHANNEL_NUMBERS,
     VERDICTS,
     alternative_rows,
     buys_text,
     channel_rows,
+    diagnostic_note,
+    diagnostic_rows,
+    orbit_rows,
     rejected_rows,
     sensed_facts,
+    unseen_rows,
     verdict_text,
     worth_rows,
 )
@@ -25,6 +36,9 @@ from fitting.report.sensed.shown import file_stems
 from jaxsat.report import Facts, Live, Picture, Remarks, Section, Table, page
 from jaxsat.significant import unit_text, value_and_sigma, value_text
 from jaxsat.telemetry import RejectedRow
+
+if TYPE_CHECKING:
+    from fitting.profile.profile import Profile
 
 SHOWN_ALTERNATIVES = 24
 
@@ -35,6 +49,7 @@ def sensed_page(
     *,
     provenance: Mapping[str, Any],
     scene: Mapping[str, Any] | None = None,
+    profiles: Sequence["Profile"] = (),
 ) -> str:
     """Returns the HTML of one fit from what its files hold.
 
@@ -56,14 +71,19 @@ def sensed_page(
             *_live(result, pictures),
             Facts("Fit", sensed_facts(result)),
             *_tables(result),
+            *_profiles(profiles, pictures),
+            *_diagnostics(result),
             Table(
                 "Left out before the fit",
                 ("reason", "count", "columns", "rows of the file", "first"),
                 rejected_rows(_rejections(provenance)),
                 (1,),
+                note=f"{provenance['rows']} rows gave samples at {provenance['samples']} times.",
             ),
+            Table("Orbit", ("element", "value", "1σ", "unit"), orbit_rows(provenance["orbit"]), (1,), note=ORBIT_NOTE),
             Facts("Provenance", list(_origin(provenance))),
             Table("Settings", ("key", "value"), list(setting_rows(provenance["settings"]))),
+            Table("Satellite file", ("key", "value"), list(setting_rows(provenance["satellite_file"]))),
         ],
     )
 
@@ -76,10 +96,13 @@ CHANNEL_NOTE = (
 
 
 def _live(result: SensedResult, pictures: Mapping[str, bytes]) -> Iterator[Live]:
-    yield Live("motion", "Motion")
+    yield Live("motion", "Motion", _picture(pictures, "orbit.png", ORBIT_ALT))
     yield Live(
         "rates", "Angular velocity and attitude", _picture(pictures, "attitude.png", "Rates and 1σ against time")
     )
+    if result.field_angle_deg is not None:
+        alt = "Angle of body x to the field with its band, against time"
+        yield Live("field-angle", "Attitude to the magnetic field", _picture(pictures, "field_angle.png", alt))
     for number, (name, stem) in enumerate(file_stems(result.channels).items()):
         alt = f"Readings of {name} with residuals in sigmas, against time"
         yield Live(f"channel-{number}", f"Channel {name}", _picture(pictures, f"{stem}.png", alt))
@@ -93,6 +116,8 @@ def _tables(result: SensedResult) -> Iterator[Section]:
     rows = [(name, value, f"± {s}" if s else "", *rest) for name, value, s, *rest in worth_rows(result)]
     yield Table("Parameters", ("parameter", "value", "1σ", "unit", "buys chi2", "note"), rows, (1, 4), note=WORTH_NOTE)
     parts = [(part, buys_text(rise)) for part, rise in result.buys.items()]
+    columns = ("direction", "information of data / prior", "held by", "largest components, one prior sigma along it")
+    yield Table("What the data hardly see", columns, unseen_rows(result), (1,), note=UNSEEN_NOTE)
     yield Table("What each part buys", ("part", "rise of chi2 without it"), parts, (1,))
     others = alternative_rows(result)[:SHOWN_ALTERNATIVES]
     columns = ("chi2 above the best", "attitude differs by", "rate at the start, deg/s", "axes")
@@ -103,6 +128,33 @@ def _tables(result: SensedResult) -> Iterator[Section]:
     yield Table(f"Correlations beyond ±{STRONG_CORRELATION}", ("parameter", "with", "correlation"), strong, (2,))
 
 
+def _profiles(profiles: Sequence["Profile"], pictures: Mapping[str, bytes]) -> Iterator[Section]:
+    columns = ("parameter", "value", "1σ", "68 %", "95 %", "unit", "note")
+    yield Table("Profiles", columns, [profile_row(p) for p in profiles], (1,), note=PROFILE_NOTE)
+    for p in profiles:
+        alt = f"Rise of the cost against {p.name} with its intervals"
+        picture = _picture(pictures, profile_picture(p.name), alt)
+        if picture is not None:
+            yield replace(picture, heading=f"Profile of {p.name}")
+
+
+def _diagnostics(result: SensedResult) -> Iterator[Section]:
+    found = diagnose(result)
+    columns = ("residuals", "RMS / σ", "mean / σ", "z of the mean", "lag 1", "z of lag 1", "Ljung-Box p")
+    rows, note = diagnostic_rows(found), diagnostic_note(found)
+    yield Table("Residual diagnostics", ("channel", "column", *columns), rows, tuple(range(2, 9)), note=note)
+
+
+ORBIT_ALT = (
+    "The Earth with day and night, the orbit with its arc in shadow, body x and the field along it; the satellite at "
+    "four instants"
+)
+ORBIT_NOTE = "Kepler's, fitted to the positions that the telemetry tells; the mean anomaly is that at the epoch."
+PROFILE_NOTE = "Intervals in which the cost rises by less than 1/2 and 1.92, all other parameters at their best."
+UNSEEN_NOTE = (
+    "From the information matrix, the state eliminated: combinations on which the priors say more than the data, and "
+    "those of which the data say nothing."
+)
 WORTH_NOTE = "Buys: rise of chi2 where the parameter's part is put back to its nominal values and the rest fitted anew."
 
 

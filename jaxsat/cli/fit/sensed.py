@@ -37,7 +37,8 @@ def fit_sensed(
             # Importing matplotlib costs half a second; the solver leaves one core to Python.
             threading.Thread(target=importlib.import_module, args=("jaxsat.plotting",), daemon=True).start()
         with StageProgress(session.name) as progress:
-            found = fit_table(craft, session, SensedSettings.model_validate(dict(given)), progress=progress)
+            settings = SensedSettings.model_validate(dict(given))
+            found = fit_table(craft, session, settings, progress=progress, sky_ahead=True)
             progress("writing results", 0, 0)
             timing = {"import": imported, **found.result.timing_s, "total": time.perf_counter() - began}
             found = dataclasses.replace(found, result=dataclasses.replace(found.result, timing_s=timing))
