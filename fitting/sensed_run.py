@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -25,6 +25,7 @@ from fitting.parameters.free import free_parameters
 from fitting.profile.profile import Profile
 from fitting.profile.profiler import Profiler
 from fitting.report.sensed.files import owned_files, write_sensed
+from fitting.report.sensed.surroundings import Surroundings, look_around
 from fitting.sensed_settings import SensedSettings
 from fitting.starts.multi_start import Progress
 from fitting.surroundings import surroundings
@@ -47,8 +48,10 @@ class SensedFit:
     satellite: Satellite
     settings: SensedSettings
     around: Around
-    orbit_fit: OrbitFit | None = None
+    orbit_fit: OrbitFit | None
     """Where the orbit was fitted to positions of the table, or given in their place."""
+    surroundings: Callable[[], Surroundings]
+    """What the motion happens in; waits where it is still being computed."""
     profiles: tuple[Profile, ...] = ()
     """Of the parameters that were asked for."""
     profile_remarks: tuple[str, ...] = ()
@@ -145,9 +148,9 @@ class SensedFit:
             session=self.session,
             settings=self.settings.model_dump(mode="json"),
             plots=plots,
-            around=self.around,
-            name=self.satellite.name,
-            size_m=self.satellite.size_m,
+            surroundings=self.surroundings(),
+            orbit_fit=self.orbit_fit,
+            satellite=self.satellite,
             profiles=self.profiles,
             remarks=self.profile_remarks,
         )
@@ -196,12 +199,14 @@ def fit_table(
     given: Given | None = None,
     profiles: Sequence[str] = (),
     progress: Progress = lambda *_: None,
+    sky_ahead: bool = False,
 ) -> SensedFit:
     """Fits motion, satellite and sensors to all channels of a session.
 
     `given` is what of orbit, Earth and Sun shall not be found from session and satellite, `profiles` names free
-    parameters whose cost is walked along. Raises `InputError` for what cannot be fitted and for such names that are
-    not free, ValueError where JAX works in single precision.
+    parameters whose cost is walked along; with `sky_ahead` what a report shows of the surroundings is computed beside
+    the fit. Raises `InputError` for what cannot be fitted and for such names that are not free, ValueError where JAX
+    works in single precision.
     """
     if not jax.config.read("jax_enable_x64"):
         raise ValueError("a fit works in 64-bit numbers and JAX in 32-bit ones: call jaxsat.set_up_jax() first")
@@ -219,6 +224,7 @@ def fit_table(
     if told is not None:
         channels, remarks = _where_told(channels, told, session)
     samples = Samples.of(channels, session.epoch, dict(session.columns), told)
+    sky = look_around(samples.t, around, session.epoch, at_once=sky_ahead)
     late = {leaf.place for leaf in leaves if leaf.name in free or leaf.sigma is not None}
     delayed = tuple(
         name for name in channels if f"delays.{name}" in late or float(np.asarray(model.delays[name])) != 0.0
@@ -251,9 +257,8 @@ def fit_table(
     timing = {**result.timing_s, "prepare": result.timing_s["prepare"] + prepared}
     timing["total"] = time.perf_counter() - began
     result = dataclasses.replace(result, timing_s=timing, remarks=(*remarks, *result.remarks))
-    return SensedFit(
-        result, found, session, satellite, settings, around, orbit_fit, profiler.profiles, profiler.reasons
-    )
+    taken = profiler.profiles, profiler.reasons
+    return SensedFit(result, found, session, satellite, settings, around, orbit_fit, sky, *taken)
 
 
 def _of_witness(leaf: Leaf, session: TableSession) -> bool:

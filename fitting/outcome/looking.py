@@ -1,6 +1,6 @@
 """A minimum looked at from all sides: readings, their derivatives, and what covariance makes of them."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import jax
@@ -93,6 +93,13 @@ class Look:
             angular_velocity=self.angular_velocity[index],
             rotation_covariance=self.rotation_covariance[index],
         )
+
+
+def direct_readings(problem: SensedProblem, seen: Look, names: Iterable[str]) -> dict[str, np.ndarray]:
+    """[samples readings] of some sensors under an Earth that returns no light, SI: by the program that is there."""
+    dark = replace(seen.model, albedo=jax.tree.map(jnp.zeros_like, seen.model.albedo))
+    found = read(problem, dark, seen.quaternion, seen.angular_velocity)
+    return {name: np.asarray(found[name]) for name in names}
 
 
 def look_at(problem: SensedProblem, parameters: FreeParameters, best: Point) -> Look:

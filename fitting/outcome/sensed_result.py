@@ -91,6 +91,10 @@ class ChannelFit:
     """Of panels: see `misfit_share`."""
     witness: bool = False
     """Not fitted, but asked whether it agrees: all its readings count as held out."""
+    direct: np.ndarray | None = None
+    """[time readings] of solar panels: the part of direct sunlight in `modelled`."""
+    weight: np.ndarray | None = None
+    """[time differences] with which each residual was fitted: 0 where it was not, or where it says nothing."""
 
 
 def misfit_share(left_out: np.ndarray, measured: np.ndarray, modelled: np.ndarray, sigma: float) -> float:
@@ -135,6 +139,10 @@ class SensedResult:
     """Conventions that were found for sensors whose axes were unknown."""
     alternatives: tuple[dict, ...] = ()
     """Other motions or conventions: `chi2_above_best`, `attitude_distance_deg`, `axes`."""
+    limited: np.ndarray | None = None
+    """[time] bool: every sensor of light with a reading there was left out as current-limited or otherwise outlying."""
+    unseen: tuple[Direction, ...] = ()
+    """Combinations of which the data say nothing, or less than the priors."""
     gauge: str | None = None
     """What no channel tells and what holds it in its place: a definition, or the priors."""
     unseen: tuple[Direction, ...] = ()

@@ -6,10 +6,10 @@ from scipy.spatial.transform import Rotation
 
 from fitting.identify import Identified, Minimum
 from fitting.measurements.floor import NO_FLOOR
-from fitting.measurements.groups import columns_of
+from fitting.measurements.groups import columns_of, of_groups
 from fitting.outcome.alternatives import DIFFERENT_ATTITUDE_DEG, other_minimum
 from fitting.outcome.breaks import find_breaks, stamp_delay
-from fitting.outcome.looking import Look, look_at
+from fitting.outcome.looking import Look, direct_readings, look_at
 from fitting.outcome.result import FittedParameter
 from fitting.outcome.sensed_result import WILD, ChannelFit, Holdout, SensedResult, misfit_share
 from fitting.outcome.sensed_verdict import FAR_OFF, HELD_BY_PRIOR, Evidence, judge
@@ -50,7 +50,7 @@ def summarize_sensed(found: Identified) -> SensedResult:
     table, notes, full = _parameters(parameters, seen, share)
     information = np.asarray(point.hessian)
     unseen = unseen_directions(parameters, information, free, seen.values, seen.values_jacobian, seen.model)
-    channels = _channels(found, best, seen, point, counted)
+    channels = _channels(found, best, seen, point, counted, informative)
     alternatives = tuple(_alternatives(found, seen))
     sigma_deg = np.degrees(np.sqrt(np.einsum("sii->si", seen.rotation_covariance)))[:n]
     evidence = Evidence(
@@ -90,11 +90,21 @@ def summarize_sensed(found: Identified) -> SensedResult:
         axes=best.convention.spelt(),
         alternatives=alternatives,
         timing_s=found.timing_s,
+        limited=_limited(best)[:n],
         gauge=gauge_text(unseen) or parameters.gauge_text,
         unseen=unseen,
         field_angle_deg=np.degrees(np.arctan2(np.linalg.norm(field[:, 1:], axis=1), field[:, 0])),
         field_angle_sigma_deg=np.degrees(field_angle_sigma(field, seen.rotation_covariance[:n])),
     )
+
+
+def _limited(minimum: Minimum) -> np.ndarray:
+    """[samples] whether all sensors of light that measured there were left out by the search."""
+    problem, groups = minimum.problem, minimum.problem.groups
+    light = np.array([problem.model.sensors[group.name].sees == "sun" for group in groups])
+    measured = of_groups(np.asarray(problem.known, float), groups) > 0
+    left_out = measured & np.asarray(minimum.refined.limited[0])
+    return (measured & light).any(axis=1) & (left_out == measured)[:, light].all(axis=1)
 
 
 def _informative(minimum: Minimum, seen: Look) -> np.ndarray:
@@ -138,10 +148,12 @@ def _parameters(
     return tuple(table), notes, correlations(names, full, free)
 
 
-def _channels(found, best, seen, point, counted) -> dict[str, ChannelFit]:
+def _channels(found, best, seen, point, counted, informative) -> dict[str, ChannelFit]:
     samples = found.samples
     limited, weight = best.refined.limited[0], np.asarray(point.weight)
     result = {}
+    panels = [name for name, sensor in seen.model.sensors.items() if isinstance(sensor, Panels)]
+    direct = direct_readings(best.problem, seen, panels) if panels else {}
     slices = columns_of(best.problem.groups)
     for number, (group, columns) in enumerate(zip(best.problem.groups, slices, strict=True)):
         channel, rows = samples.channels[group.name], samples.values[group.name]
@@ -199,6 +211,8 @@ def _channels(found, best, seen, point, counted) -> dict[str, ChannelFit]:
             residuals=_memory(samples.t[own], residual, mask),
             misfits=misfits,
             witness=channel.witness,
+            direct=direct[group.name][own] * channel.to_unit if group.name in direct else None,
+            weight=np.where(fitted[:, None], (informative * weight[: len(informative)])[own][:, columns], 0.0),
         )
     return result
 

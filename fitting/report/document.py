@@ -13,7 +13,7 @@ from jaxsat.telemetry import MatchedLimbAngles
 from jaxsat.time import Epoch
 
 if TYPE_CHECKING:
-    from fitting.outcome.diagnostics import Diagnostics
+    from fitting.outcome.currents_diagnostics import Diagnostics
     from fitting.outcome.result import FitResult
     from fitting.profile.profile import Profile
 

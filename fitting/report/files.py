@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from fitting.outcome.diagnostics import diagnose
+from fitting.outcome.currents_diagnostics import diagnose
 from fitting.outcome.result import FitResult
 from fitting.outcome.sensed_verdict import Witness
 from fitting.parameters.names import NAMED, STATE
@@ -20,10 +20,11 @@ from fitting.report.document import (
     write_currents_csv,
 )
 from fitting.report.orbit_document import elements_document, orbit_states
-from fitting.report.page import fit_page, profile_picture
-from fitting.report.rows import parameter_rows
+from fitting.report.page import fit_page
+from fitting.report.rows import parameter_rows, profile_picture
 from fitting.report.scene import Sky, scene_document
 from fitting.report.sensed.document import witness_document
+from fitting.report.settings_document import settings_document
 from fitting.session import PreparedSession
 from fitting.settings import FitSettings
 from jaxsat.files.json_files import plain, write_json
@@ -196,13 +197,3 @@ def provenance_document(
         "alternatives": list(result.alternatives),
     }
     return plain(document)[0]
-
-
-def settings_document(
-    prepared: PreparedSession, satellite: SatelliteNumbers, settings: FitSettings | None = None
-) -> dict[str, Any]:
-    """Returns all settings that a preparation or a fit reads, by the sections of a configuration, as plain values."""
-    sections = {**dict(prepared.given), **dict(satellite), "cleaning": prepared.session.cleaning}
-    if settings is not None:
-        sections["fit"] = settings
-    return {name: section.model_dump(mode="json") for name, section in sections.items()}

@@ -4,22 +4,27 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from fitting.parameters.names import UNITS
 from fitting.report.page_data import page_data
 from fitting.report.rows import (
     STRONG_CORRELATION,
     element_rows,
-    fit_facts,
+    medians,
     parameter_rows,
+    profile_picture,
+    profile_row,
     rejection_rows,
+    setting_rows,
     strong_correlations,
 )
 from jaxsat.report import Facts, Live, Picture, Remarks, Table, Verdict, page
-from jaxsat.significant import unit_text, value_and_sigma, value_text
+from jaxsat.significant import count_text, unit_text, value_text
 from jaxsat.telemetry import Rejection
 
 if TYPE_CHECKING:
-    from fitting.outcome.diagnostics import Diagnostics
+    from fitting.outcome.currents_diagnostics import Diagnostics
     from fitting.outcome.result import FitResult
     from fitting.parameters.null_space import Direction
     from fitting.profile.profile import Profile
@@ -139,26 +144,6 @@ def _orbit_rows(orbit: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str, 
     return element_rows(values, sigmas)
 
 
-def profile_picture(name: str) -> str:
-    """Returns the file name of a parameter's profile."""
-    return f"profile-{name}.png"
-
-
-def profile_row(profile: "Profile") -> tuple[str, ...]:
-    """Returns (name, value, sigma, 68 %, 95 %, unit, note) of a profile as text."""
-    p = profile
-    value, sigma = value_and_sigma(p.best, p.sigma)
-    # All numbers to the digit that a quarter of the profile's width, about two sigmas, makes worth while.
-    width = float(p.values[-1] - p.values[0]) / 4.0
-
-    def span(interval: tuple[float | None, float | None]) -> str:
-        low, high = ("open" if end is None else value_and_sigma(end, width)[0] for end in interval)
-        return f"{low} ... {high}"
-
-    texts = (span(p.interval_68), span(p.interval_95))
-    return (p.name, value, f"± {sigma}" if sigma else "", *texts, unit_text(p.unit), p.note)
-
-
 def unseen_row(direction: "Direction") -> tuple[str, ...]:
     """Returns (name, information, what holds it, components) of a direction as text."""
     parts = [f"{name} {change:+.3g} {unit_text(UNITS[name])}" for name, change in direction.components.items()]
@@ -187,12 +172,49 @@ def diagnostic_note(diagnostics: "Diagnostics") -> str:
     return "; ".join([*parts, *(diagnostics.remarks() or ["nothing that is not noise"])]) + "."
 
 
-def setting_rows(settings: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
-    """Yields (key, value) as text with sections and tables within them in the key, as TOML names them."""
-    for name, value in settings.items():
-        if isinstance(value, Mapping):
-            yield from setting_rows(value, f"{prefix}{name}.")
-        elif isinstance(value, list):
-            yield prefix + name, ", ".join(map(str, value)) or "none"
-        else:
-            yield prefix + name, "not given" if value is None else str(value)
+def limited_text(result: "FitResult") -> str:
+    """Returns how many samples the fit left out, and when."""
+    times = result.t_s[np.asarray(result.limited, bool)]
+    if not times.size:
+        return "none"
+    return f"{count_text(times.size, 'sample')}, t = {times[0]:g} to {times[-1]:g} s"
+
+
+def fit_facts(result: "FitResult") -> list[tuple[str, str]]:
+    """Returns the fit's single numbers as (what, text)."""
+    lit = np.asarray(result.lit, bool)
+    facts = [
+        ("chi2 / degrees of freedom", f"{result.chi2:.1f} / {result.dof}"),
+        ("residual RMS", f"{value_text(result.residual_rms_mA, 3)} mA"),
+        ("samples", f"{result.t_s.size}, {int(lit.sum())} lit, t = {result.t_s[0]:g} to {result.t_s[-1]:g} s"),
+        ("left out as limited", limited_text(result)),
+        ("attitude 1σ about x, y, z", f"{medians(result.attitude_sigma_deg)} deg (median)"),
+        (
+            "angle of x to the field",
+            f"{_range(result.field_angle_deg)} deg, 1σ {medians(result.field_angle_sigma_deg)} deg",
+        ),
+        ("gauge", result.gauge or "none needed"),
+        *([("held by the priors", _weak(result))] if any(not d.blind for d in result.unseen) else []),
+    ]
+    if result.limb_rms_deg is not None:
+        text = f"{count_text(result.limb_samples, 'sample')}, residual RMS {value_text(result.limb_rms_deg, 3)} deg"
+        facts.append(("limb angles", text))
+    facts += [(f"other minimum {n}", _alternative(other)) for n, other in enumerate(result.alternatives, 1)]
+    facts.append(("time", ", ".join(f"{name} {seconds:.1f} s" for name, seconds in result.timing_s.items())))
+    return facts
+
+
+def _weak(result: "FitResult") -> str:
+    """How many combinations the priors hold though the data see them, and the weakest of them."""
+    weak = sorted((d for d in result.unseen if not d.blind), key=lambda d: d.information)
+    return f"{count_text(len(weak), 'combination')} of parameters, the weakest {weak[0].name}"
+
+
+def _range(values: np.ndarray) -> str:
+    finite = values[np.isfinite(values)]
+    return f"{finite.min():.1f} to {finite.max():.1f}" if finite.size else "n/a"
+
+
+def _alternative(other: dict) -> str:
+    shown = {name: value_text(float(v), 4) if isinstance(v, int | float) else str(v) for name, v in other.items()}
+    return ", ".join(f"{name} {text}" for name, text in shown.items())

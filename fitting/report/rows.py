@@ -1,14 +1,14 @@
-"""What tables of results say, as text: parameters, facts, correlations, rejections, orbital elements."""
+"""What tables of results say, as text: parameters, correlations, profiles, rejections, orbital elements, settings."""
 
-from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jaxsat.significant import count_text, spans_text, unit_text, value_and_sigma, value_text
+from jaxsat.significant import spans_text, unit_text, value_and_sigma, value_text
 
 if TYPE_CHECKING:
-    from fitting.outcome.result import FitResult, FittedParameter
+    from fitting.outcome.result import FittedParameter
     from jaxsat.telemetry import Rejection
 
 STRONG_CORRELATION = 0.9
@@ -32,60 +32,12 @@ def strong_correlations(
     return sorted((pair for pair in pairs if abs(pair[2]) > limit), key=lambda pair: -abs(pair[2]))
 
 
-def limited_text(result: "FitResult") -> str:
-    """Returns how many samples the fit left out, and when."""
-    times = result.t_s[np.asarray(result.limited, bool)]
-    if not times.size:
-        return "none"
-    return f"{count_text(times.size, 'sample')}, t = {times[0]:g} to {times[-1]:g} s"
-
-
-def fit_facts(result: "FitResult") -> list[tuple[str, str]]:
-    """Returns the fit's single numbers as (what, text)."""
-    lit = np.asarray(result.lit, bool)
-    facts = [
-        ("chi2 / degrees of freedom", f"{result.chi2:.1f} / {result.dof}"),
-        ("residual RMS", f"{value_text(result.residual_rms_mA, 3)} mA"),
-        ("samples", f"{result.t_s.size}, {int(lit.sum())} lit, t = {result.t_s[0]:g} to {result.t_s[-1]:g} s"),
-        ("left out as limited", limited_text(result)),
-        ("attitude 1σ about x, y, z", f"{medians(result.attitude_sigma_deg)} deg (median)"),
-        (
-            "angle of x to the field",
-            f"{_range(result.field_angle_deg)} deg, 1σ {medians(result.field_angle_sigma_deg)} deg",
-        ),
-        ("gauge", result.gauge or "none needed"),
-        *([("held by the priors", _weak(result))] if any(not d.blind for d in result.unseen) else []),
-    ]
-    if result.limb_rms_deg is not None:
-        text = f"{count_text(result.limb_samples, 'sample')}, residual RMS {value_text(result.limb_rms_deg, 3)} deg"
-        facts.append(("limb angles", text))
-    facts += [(f"other minimum {n}", _alternative(other)) for n, other in enumerate(result.alternatives, 1)]
-    facts.append(("time", ", ".join(f"{name} {seconds:.1f} s" for name, seconds in result.timing_s.items())))
-    return facts
-
-
-def _weak(result: "FitResult") -> str:
-    """How many combinations the priors hold though the data see them, and the weakest of them."""
-    weak = sorted((d for d in result.unseen if not d.blind), key=lambda d: d.information)
-    return f"{count_text(len(weak), 'combination')} of parameters, the weakest {weak[0].name}"
-
-
 def medians(values: np.ndarray) -> str:
     """Returns the median of each column of `values` [time columns] as text."""
     columns = np.atleast_2d(values.T)
     return ", ".join(
         value_text(float(np.median(c[np.isfinite(c)])), 2) if np.isfinite(c).any() else "n/a" for c in columns
     )
-
-
-def _range(values: np.ndarray) -> str:
-    finite = values[np.isfinite(values)]
-    return f"{finite.min():.1f} to {finite.max():.1f}" if finite.size else "n/a"
-
-
-def _alternative(other: dict) -> str:
-    shown = {name: value_text(float(v), 4) if isinstance(v, int | float) else str(v) for name, v in other.items()}
-    return ", ".join(f"{name} {text}" for name, text in shown.items())
 
 
 def rejection_rows(rejections: Iterable["Rejection"]) -> list[tuple[str, str, str, str]]:
@@ -109,3 +61,14 @@ def element_rows(elements: Mapping[str, float], sigmas: Mapping[str, float]) -> 
         text, sigma = value_and_sigma(value * scale, sigmas[name] * scale, 8)
         rows.append((name.replace("_", " "), text, f"± {sigma}" if sigma else "", unit))
     return rows
+
+
+def setting_rows(settings: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Yields (key, value) as text with sections and tables within them in the key, as TOML names them."""
+    for name, value in settings.items():
+        if isinstance(value, Mapping):
+            yield from setting_rows(value, f"{prefix}{name}.")
+        elif isinstance(value, list):
+            yield prefix + name, ", ".join(map(str, value)) or "none"
+        else:
+            yield prefix + name, "not given" if value is None else str(value)

@@ -5,7 +5,6 @@ Only the motion waits for the fit; all else is computed beside it, by one stored
 
 import math
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,9 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.measurements.observations import Observations
 from fitting.measurements.sky import Around
-from fitting.session import PreparedSession
 from fitting.stored import Stored
 from jaxsat.environment import CylinderShadow, KeplerOrbit, magnetic_field_eci
 from jaxsat.environment.field_lines import field_line
@@ -78,23 +75,6 @@ def _survey(orbit, revolution, field, greenwich, rate, radius, times, sun):
 
 
 survey = Stored(_survey)
-
-
-def look_around(prepared: PreparedSession, samples: Observations, *, at_once: bool) -> Callable[[], Sky]:
-    """Returns what gives the `Sky` of the samples' arc when called: at once, from a thread of its own, or only then."""
-    if not at_once:
-        return lambda: _sky(prepared, samples)
-    pool = ThreadPoolExecutor(1, thread_name_prefix="scene")
-    future = pool.submit(_sky, prepared, samples)
-    pool.shutdown(wait=False)
-    return future.result
-
-
-def _sky(prepared: PreparedSession, samples: Observations) -> Sky:
-    s = samples
-    angle, rate, radius = (np.asarray(float(x)) for x in (s.greenwich_angle, s.earth_rotation_rate, s.earth_radius))
-    around = Around(s.orbit, s.field, angle, rate, radius)
-    return sky_over(around, samples.orbit, (float(samples.t[0]), float(samples.t[-1])), prepared.sun_eci)
 
 
 def sky_over(

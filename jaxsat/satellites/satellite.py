@@ -1,7 +1,7 @@
 """A satellite as its file describes it: the model that a fit starts from, what may be fitted, how its table is read."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, final
 
@@ -51,6 +51,8 @@ class Satellite:
     """Edges of the body along its axes, where the file gives them."""
     columns: Mapping[str, str] = field(default_factory=dict)
     """Units of further columns that the model reads, commands and measured currents, by name."""
+    tables: Mapping[str, Any] = field(default_factory=dict)
+    """The file's own, as they were read."""
 
 
 def describes_sensors(data: Mapping[str, Any]) -> bool:
@@ -62,7 +64,7 @@ def satellite_of(data: Mapping[str, Any], path: Path) -> Satellite:
     """Returns the satellite of a file's tables; raises `InputError` naming every wrong key."""
     file = checked(data, path)
     try:
-        return _built(file, path)
+        return replace(_built(file, path), tables=data)
     except InputError as error:
         raise InputError(error.reason, file=path, field=error.field) from None
 

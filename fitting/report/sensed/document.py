@@ -1,15 +1,21 @@
 """The file fit.json of a fit of any satellite (schema `jaxsat.fit/1`)."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from fitting.outcome.sensed_result import MILLIAMPERES, ChannelFit, Holdout, SensedResult
+from fitting.outcome.diagnostics import diagnose
+from fitting.outcome.sensed_result import ChannelFit, Holdout, SensedResult
 from fitting.outcome.sensed_verdict import Witness
-from fitting.profile.profile import Profile
-from fitting.report.document import SCHEMA, TIMINGS
 from jaxsat.files.json_files import plain
 from jaxsat.telemetry import RejectedRow
 from jaxsat.time import Epoch
+
+if TYPE_CHECKING:
+    from fitting.profile.profile import Profile
+
+SCHEMA = "jaxsat.fit/1"
+TIMINGS = ("import", "prepare", "compile", "solve", "total")
+MILLIAMPERES = {"A": 1e3, "mA": 1.0, "uA": 1e-3}
 
 
 def sensed_document(
@@ -18,8 +24,8 @@ def sensed_document(
     telemetry: str,
     epoch: Epoch,
     rejections: Iterable[RejectedRow] = (),
-    profiles: Sequence[Profile] = (),
     orbit: Mapping[str, Any] | None = None,
+    profiles: Sequence["Profile"] = (),
 ) -> tuple[dict[str, Any], list[str]]:
     """Returns the content of fit.json, and the places in it where a number that is not finite became null.
 
@@ -42,7 +48,7 @@ def sensed_document(
         "verdict": [result.verdict, result.message, *result.remarks],
         "chi2": result.chi2,
         "dof": result.dof,
-        **_panel_rms(result),
+        **_panel_rms(result.channels),
         "residual_rms": {name: {"value": c.rms, "unit": c.unit} for name, c in result.channels.items()},
         "holdout": held or None,
         "witness": witness or None,
@@ -70,6 +76,7 @@ def sensed_document(
             "fitted": result.fitted.astype(bool),
         },
         **({} if orbit is None else {"orbit": dict(orbit)}),
+        "diagnostics": diagnose(result).as_dict(),
         "profiles": {p.name: p.as_dict() for p in profiles},
         "timing_s": {name: result.timing_s.get(name, 0.0) for name in TIMINGS},
     }
@@ -137,7 +144,10 @@ def delays(result: SensedResult) -> dict[str, dict[str, Any]]:
     return found
 
 
-def _panel_rms(result: SensedResult) -> dict[str, float | None]:
+def _panel_rms(channels: Mapping[str, ChannelFit]) -> dict[str, float | None]:
     """That of the panel currents where there is one such channel, as fits of six panels have it."""
-    currents = sum(c.kind == "Panels" and c.unit in MILLIAMPERES for c in result.channels.values())
-    return {"residual_rms_mA": result.residual_rms_mA} if currents == 1 else {}
+    panels = [c for c in channels.values() if c.kind == "Panels" and c.unit in MILLIAMPERES]
+    if len(panels) != 1:
+        return {}
+    rms = panels[0].rms
+    return {"residual_rms_mA": None if rms is None else rms * MILLIAMPERES[panels[0].unit]}

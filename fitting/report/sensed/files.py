@@ -2,12 +2,11 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from fitting.measurements.sky import Around
+from fitting.orbit.orbit_fit import OrbitFit
 from fitting.outcome.sensed_result import SensedResult
-from fitting.profile.profile import Profile
-from fitting.report.files import FILES
+from fitting.report.orbit_document import elements_document
 from fitting.report.sensed.document import sensed_document
 from fitting.report.sensed.page import sensed_page
 from fitting.report.sensed.pictures import draw_sensed
@@ -16,22 +15,26 @@ from fitting.report.sensed.shown import file_stems
 from fitting.report.sensed.surroundings import Surroundings
 from fitting.report.sensed.tables import SENSED_ATTITUDE_COLUMNS, write_channel, write_sensed_attitude
 from jaxsat.files.json_files import plain, write_json
+from jaxsat.satellites import Satellite
 from jaxsat.telemetry import TableSession
 from jaxsat.time import Epoch
 from jaxsat.versions import versions
 
-PICTURES = ("attitude.png", "parameters.png", "worth.png")
+if TYPE_CHECKING:
+    from fitting.profile.profile import Profile
+
+FILES = ("fit.json", "report.html", "provenance.json", "scene.json", "attitude.csv")
+PICTURES = ("attitude.png", "field_angle.png", "orbit.png", "parameters.png", "worth.png")
+OLD = ("currents.csv", "currents.png")
+"""What fits of earlier versions wrote."""
 
 
 def owned_files(directory: Path, channels: Iterable[str]) -> list[str]:
-    """All names that a fit with such channels may write, and those that earlier fits have left in the directory.
-
-    Of profiles those alone: new ones are known by what is written.
-    """
+    """All names that a fit with such channels may write, and those that earlier fits have left in the directory."""
     own = [f"{stem}.{ending}" for stem in file_stems(channels).values() for ending in ("csv", "png")]
-    left = [path.name for ending in ("csv", "png") for path in sorted(directory.glob(f"channel-*.{ending}"))]
-    left += [path.name for path in sorted(directory.glob("profile-*.png"))]
-    return list(dict.fromkeys([*FILES, *PICTURES, *own, *left]))
+    patterns = ("channel-*.csv", "channel-*.png", "profile-*.png")
+    left = [path.name for pattern in patterns for path in sorted(directory.glob(pattern))]
+    return list(dict.fromkeys([*FILES, *PICTURES, *OLD, *own, *left]))
 
 
 def write_sensed(
@@ -44,22 +47,21 @@ def write_sensed(
     session: TableSession,
     settings: Mapping[str, Any],
     plots: bool,
-    around: Around | None = None,
-    name: str = "",
-    size_m: Sequence[float] | None = None,
-    profiles: Sequence[Profile] = (),
+    surroundings: Surroundings | None = None,
+    orbit_fit: OrbitFit | None = None,
+    satellite: Satellite | None = None,
+    profiles: Sequence["Profile"] = (),
     remarks: Sequence[str] = (),
 ) -> list[str]:
     """Writes the files of one fit into the empty directory `stage`; returns warnings.
 
     `telemetry` and `label` are the session as it was named and for people; `settings` holds the settings of the fit,
-    its `seed` among them; `around` is what the orbit and the page's view of the motion come from: without it there are
-    none. `name` and `size_m` are those of the satellite, `remarks` warnings that are there already, as of profiles that
-    could not be taken.
+    its `seed` among them; `surroundings` are what the orbit and the page's view of the motion come from: without them
+    there are none. `orbit_fit` is the orbit where it was fitted to positions; `remarks` are warnings so far.
     """
-    surroundings = None if around is None else Surroundings.of(result, around, epoch)
     scene = None if surroundings is None else surroundings.scene(result)
-    pictures = {**draw_sensed(result, label), **draw_profiles(profiles, label)} if plots else {}
+    pictures = {**draw_sensed(result, label, scene), **draw_profiles(profiles, label)} if plots else {}
+    name = session.object_name or ("" if satellite is None else satellite.name)
     for file, png in pictures.items():
         (stage / file).write_bytes(png)
     write_sensed_attitude(stage / "attitude.csv", result, epoch)
@@ -71,10 +73,12 @@ def write_sensed(
         telemetry=telemetry,
         epoch=epoch,
         rejections=session.rejections,
+        orbit=None if surroundings is None else surroundings.orbit_document(name, session.object_id, orbit_fit),
         profiles=profiles,
-        orbit=None if surroundings is None else surroundings.orbit_document(name),
     )
-    warnings = [*remarks, *session.remarks, *(f"{place} {NOT_FINITE}" for place in nulls if not _expected(place))]
+    orbit_remarks = [f"orbit: {orbit_fit.message}"] if orbit_fit is not None and not orbit_fit.converged else []
+    null_remarks = [f"{place} {NOT_FINITE}" for place in nulls if not _expected(place)]
+    warnings = [*remarks, *session.remarks, *orbit_remarks, *null_remarks]
     provenance = {
         "schema": "jaxsat.provenance/1",
         "telemetry": telemetry,
@@ -85,15 +89,20 @@ def write_sensed(
         "seed": settings.get("seed"),
         "versions": versions(),
         "satellite": name,
-        "size_m": None if size_m is None else list(size_m),
+        "size_m": satellite and satellite.size_m,
         "settings": dict(settings),
+        "satellite_file": {} if satellite is None else dict(satellite.tables),
         "warnings": warnings,
+        "rows": session.rows,
+        "samples": len(result.t_s),
+        "orbit": None if orbit_fit is None else elements_document(orbit_fit),
         "rejections": [{**vars(rejection), "path": str(rejection.path)} for rejection in session.rejections],
         "columns": columns,
+        "limited_t_s": [] if result.limited is None else result.t_s[result.limited],
         "notes": {p.name: p.note for p in result.parameters if p.note},
     }
     provenance = plain(provenance)[0]
-    html = sensed_page(result, pictures, profiles=profiles, provenance=provenance, scene=scene)
+    html = sensed_page(result, pictures, provenance=provenance, scene=scene, profiles=profiles)
     (stage / "report.html").write_text(html, encoding="utf-8")
     if scene is not None:
         write_json(stage / "scene.json", scene)

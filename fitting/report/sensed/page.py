@@ -1,23 +1,30 @@
 """The report of a fit of any satellite as one HTML page."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from fitting.outcome.diagnostics import diagnose
 from fitting.outcome.sensed_result import SensedResult
-from fitting.profile.profile import Profile
-from fitting.report.page import setting_rows
-from fitting.report.rows import STRONG_CORRELATION, strong_correlations
+from fitting.report.rows import (
+    STRONG_CORRELATION,
+    setting_rows,
+    strong_correlations,
+)
 from fitting.report.sensed.document import delays
 from fitting.report.sensed.page_data import sensed_page_data
 from fitting.report.sensed.profiles import PROFILE_COLUMNS, PROFILE_NOTE, profile_pictures, profile_row
-from fitting.report.sensed.rows import (
+from fitting.report.sensed.result_rows import (
     CHANNEL_COLUMNS,
     CHANNEL_NUMBERS,
     VERDICTS,
     alternative_rows,
     buys_text,
     channel_rows,
+    diagnostic_note,
+    diagnostic_rows,
+    orbit_rows,
     rejected_rows,
     sensed_facts,
     unseen_rows,
@@ -29,6 +36,9 @@ from jaxsat.report import Facts, Live, Picture, Remarks, Section, Table, page
 from jaxsat.significant import unit_text, value_and_sigma, value_text
 from jaxsat.telemetry import RejectedRow
 
+if TYPE_CHECKING:
+    from fitting.profile.profile import Profile
+
 SHOWN_ALTERNATIVES = 24
 
 
@@ -36,9 +46,9 @@ def sensed_page(
     result: SensedResult,
     pictures: Mapping[str, bytes],
     *,
-    profiles: Sequence[Profile] = (),
     provenance: Mapping[str, Any],
     scene: Mapping[str, Any] | None = None,
+    profiles: Sequence["Profile"] = (),
 ) -> str:
     """Returns the HTML of one fit from what its files hold.
 
@@ -61,14 +71,18 @@ def sensed_page(
             Facts("Fit", sensed_facts(result)),
             *_tables(result),
             *_profiles(profiles, pictures),
+            *_diagnostics(result),
             Table(
                 "Left out before the fit",
                 ("reason", "count", "columns", "rows of the file", "first"),
                 rejected_rows(_rejections(provenance)),
                 (1,),
+                note=f"{provenance['rows']} rows gave samples at {provenance['samples']} times.",
             ),
+            Table("Orbit", ("element", "value", "1σ", "unit"), orbit_rows(provenance["orbit"]), (1,), note=ORBIT_NOTE),
             Facts("Provenance", list(_origin(provenance))),
             Table("Settings", ("key", "value"), list(setting_rows(provenance["settings"]))),
+            Table("Satellite file", ("key", "value"), list(setting_rows(provenance["satellite_file"]))),
         ],
     )
 
@@ -81,10 +95,13 @@ CHANNEL_NOTE = (
 
 
 def _live(result: SensedResult, pictures: Mapping[str, bytes]) -> Iterator[Live]:
-    yield Live("motion", "Motion")
+    yield Live("motion", "Motion", _picture(pictures, "orbit.png", ORBIT_ALT))
     yield Live(
         "rates", "Angular velocity and attitude", _picture(pictures, "attitude.png", "Rates and 1σ against time")
     )
+    if result.field_angle_deg is not None:
+        alt = "Angle of body x to the field with its band, against time"
+        yield Live("field-angle", "Attitude to the magnetic field", _picture(pictures, "field_angle.png", alt))
     for number, (name, stem) in enumerate(file_stems(result.channels).items()):
         alt = f"Readings of {name} with residuals in sigmas, against time"
         yield Live(f"channel-{number}", f"Channel {name}", _picture(pictures, f"{stem}.png", alt))
@@ -97,8 +114,9 @@ def _picture(pictures: Mapping[str, bytes], file: str, alt: str) -> Picture | No
 def _tables(result: SensedResult) -> Iterator[Section]:
     rows = [(name, value, f"± {s}" if s else "", *rest) for name, value, s, *rest in worth_rows(result)]
     yield Table("Parameters", ("parameter", "value", "1σ", "unit", "buys chi2", "note"), rows, (1, 4), note=WORTH_NOTE)
-    yield Table("What the data hardly see", UNSEEN_COLUMNS, unseen_rows(result), (1,), note=UNSEEN_NOTE)
     parts = [(part, buys_text(rise)) for part, rise in result.buys.items()]
+    columns = ("direction", "information of data / prior", "held by", "largest components, one prior sigma along it")
+    yield Table("What the data hardly see", columns, unseen_rows(result), (1,), note=UNSEEN_NOTE)
     yield Table("What each part buys", ("part", "rise of chi2 without it"), parts, (1,))
     others = alternative_rows(result)[:SHOWN_ALTERNATIVES]
     columns = ("chi2 above the best", "attitude differs by", "rate at the start, deg/s", "axes")
@@ -109,21 +127,31 @@ def _tables(result: SensedResult) -> Iterator[Section]:
     yield Table(f"Correlations beyond ±{STRONG_CORRELATION}", ("parameter", "with", "correlation"), strong, (2,))
 
 
-WORTH_NOTE = "Buys: rise of chi2 where the parameter's part is put back to its nominal values and the rest fitted anew."
+def _profiles(profiles: Sequence["Profile"], pictures: Mapping[str, bytes]) -> Iterator[Section]:
+    yield Table("Profiles", PROFILE_COLUMNS, [profile_row(p) for p in profiles], (1,), note=PROFILE_NOTE)
+    for name, file in profile_pictures(p.name for p in profiles).items():
+        picture = _picture(pictures, file, f"Rise of the cost against {name} with its intervals")
+        if picture is not None:
+            yield replace(picture, heading=f"Profile of {name}")
 
-UNSEEN_COLUMNS = ("direction", "information of data / prior", "held by", "largest components, one prior sigma along it")
+
+def _diagnostics(result: SensedResult) -> Iterator[Section]:
+    found = diagnose(result)
+    columns = ("residuals", "RMS / σ", "mean / σ", "z of the mean", "lag 1", "z of lag 1", "Ljung-Box p")
+    rows, note = diagnostic_rows(found), diagnostic_note(found)
+    yield Table("Residual diagnostics", ("channel", "column", *columns), rows, tuple(range(2, 9)), note=note)
+
+
+ORBIT_ALT = (
+    "The Earth with day and night, the orbit with its arc in shadow, body x and the field along it; the satellite at "
+    "four instants"
+)
+ORBIT_NOTE = "Kepler's, fitted to the positions that the telemetry tells; the mean anomaly is that at the epoch."
 UNSEEN_NOTE = (
     "From the information matrix, the state eliminated: combinations on which the priors say more than the data, and "
     "those of which the data say nothing."
 )
-
-
-def _profiles(profiles: Sequence[Profile], pictures: Mapping[str, bytes]) -> Iterator[Section]:
-    yield Table("Profiles", PROFILE_COLUMNS, [profile_row(p) for p in profiles], (1,), note=PROFILE_NOTE)
-    for name, file in profile_pictures(p.name for p in profiles).items():
-        if file in pictures:
-            alt = f"Rise of the cost against {name} with its intervals"
-            yield Picture(f"Profile of {name}", pictures[file], alt)
+WORTH_NOTE = "Buys: rise of chi2 where the parameter's part is put back to its nominal values and the rest fitted anew."
 
 
 def _plain(correlations: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:

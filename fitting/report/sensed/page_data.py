@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 
 from fitting.outcome.sensed_result import ChannelFit, SensedResult
-from fitting.report.page_data import SCHEMA
-from fitting.report.sensed.pictures import channel_text, timeline_of
+from fitting.report.sensed.pictures import channel_text, lit_of, timeline_of
 from fitting.report.sensed.shown import readings_of
 from jaxsat.files.json_files import plain
 from jaxsat.panel_names import PANEL_COLOURS
 from jaxsat.plotting.channels import column_colours
 from jaxsat.significant import unit_text
 
+SCHEMA = "jaxsat.page/1"
 DRAWN = 20_000
 """Samples of a channel that a page draws; of more, every second, third, ..."""
 DIGITS = 6
@@ -28,7 +28,6 @@ def sensed_page_data(
     angle, sigma = (
         unknown if array is None else array for array in (result.field_angle_deg, result.field_angle_sigma_deg)
     )
-    lit = np.ones(n) if result.illumination is None else result.illumination > 0.5
     document = {
         "schema": SCHEMA,
         "epoch_utc": epoch_utc,
@@ -38,7 +37,7 @@ def sensed_page_data(
         "held_s": [list(span) for span in timeline.held_out],
         "samples": {
             "t_s": np.round(result.t_s, 3),
-            "lit": lit.astype(int),
+            "lit": lit_of(result).astype(int),
             "rate_deg_s": np.round(np.degrees(result.angular_velocity_rad_s), 5),
             "attitude_sigma_deg": np.round(result.attitude_sigma_deg, 4),
             "field_angle_deg": np.round(angle, 3),
@@ -53,15 +52,19 @@ def sensed_page_data(
 def _channel(channel: ChannelFit, note: str) -> dict[str, Any]:
     r = readings_of(channel)
     every = slice(None, None, -(-len(r.t_s) // DRAWN) or 1)
-    named, turns = column_colours(len(r.columns)), column_colours(len(r.differences))
+    named, turns = r.column_colours(), column_colours(len(r.differences))
+    if r.paired:
+        turns = named
+    direct, light = r.direct, r.light()
     return {
         "name": channel.name,
         "unit": unit_text(channel.unit),
         "note": note,
         "reach": r.reach(),
         "paired": r.paired,
+        "scale": r.limits(0) if r.shared else None,
         "t_s": np.round(r.t_s[every], 3),
-        # 1 used, 3 left out, as for currents.
+        # 1 used, 3 left out.
         "use": np.where(r.used[every], 1, 3),
         "readings": [
             {
@@ -69,6 +72,7 @@ def _channel(channel: ChannelFit, note: str) -> dict[str, Any]:
                 "colour": named[k],
                 "measured": short(r.measured[every, k]),
                 "modelled": short(r.modelled[every, k]),
+                **({} if direct is None else {"direct": short(direct[every, k])}),
             }
             for k, name in enumerate(r.columns)
         ],
@@ -77,7 +81,9 @@ def _channel(channel: ChannelFit, note: str) -> dict[str, Any]:
                 "name": name,
                 "colour": turns[k],
                 "residual": np.round(r.residual[every, k], 3),
-                "promised": np.round(r.promised[every, k], 3),
+                "promised": np.round(channel.promised[every, k], 3),
+                # Numbers of the samples that were weighed down.
+                **({"light": np.flatnonzero(light[every, k])} if light.any() else {}),
             }
             for k, name in enumerate(r.differences)
         ],

@@ -1,11 +1,14 @@
 """The pictures of a fit of any satellite."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from fitting.outcome.sensed_result import SensedResult
 from fitting.report.rows import parameter_rows
 from fitting.report.sensed.shown import file_stems, readings_of
-from jaxsat.plotting import draw_parameters, png_bytes
+from jaxsat.plotting import draw_field_angle, draw_orbit, draw_parameters, png_bytes
 from jaxsat.plotting.channels import Timeline, draw_motion, draw_readings, draw_worth
 from jaxsat.significant import unit_text, value_text
 
@@ -15,8 +18,8 @@ def timeline_of(result: SensedResult) -> Timeline:
     return Timeline.of(result.t_s, result.fitted, result.illumination)
 
 
-def draw_sensed(result: SensedResult, label: str) -> dict[str, bytes]:
-    """Returns the pictures of a fit as PNG by file name."""
+def draw_sensed(result: SensedResult, label: str, scene: Mapping[str, Any] | None = None) -> dict[str, bytes]:
+    """Returns the pictures of a fit as PNG by file name; that of the orbit is of its `scene`."""
     subtitle, timeline = f"{label}: {result.verdict}", timeline_of(result)
     rates = np.degrees(result.angular_velocity_rad_s)
     figures = {"attitude.png": draw_motion(result.t_s, rates, result.attitude_sigma_deg, timeline, subtitle=subtitle)}
@@ -31,10 +34,27 @@ def draw_sensed(result: SensedResult, label: str) -> dict[str, bytes]:
         )
     free = [p for p in result.parameters if p.free]
     if free:
-        figures["parameters.png"] = draw_parameters(parameter_rows(free), subtitle=subtitle)
+        footer = [f"Gauge: {result.gauge}"] if result.gauge else []
+        figures["parameters.png"] = draw_parameters(parameter_rows(free), subtitle=subtitle, footer=footer)
+    if result.field_angle_deg is not None and result.field_angle_sigma_deg is not None:
+        figures["field_angle.png"] = draw_field_angle(
+            result.t_s,
+            result.field_angle_deg,
+            result.field_angle_sigma_deg,
+            attitude_sigma_deg=result.attitude_sigma_deg,
+            lit=lit_of(result),
+            subtitle=subtitle,
+        )
+    if scene is not None:
+        figures["orbit.png"] = draw_orbit(scene, subtitle=subtitle)
     if result.buys:
         figures["worth.png"] = draw_worth(result.buys, subtitle=subtitle)
     return {name: png_bytes(figure) for name, figure in figures.items()}
+
+
+def lit_of(result: SensedResult) -> np.ndarray:
+    """[time] bool: outside the Earth's shadow, as far as it is known."""
+    return np.ones(len(result.t_s), bool) if result.illumination is None else result.illumination > 0.5
 
 
 def channel_text(result: SensedResult, name: str) -> str:

@@ -5,12 +5,14 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from fitting.outcome.diagnostics import counted_of, differences_of
 from fitting.outcome.sensed_result import ChannelFit
-from jaxsat.plotting.channels import Readings
+from jaxsat.panel_names import PANEL_COLOURS
+from jaxsat.plotting.channels.readings import Readings
+from jaxsat.plotting.channels.timeline import column_colours
+from jaxsat.significant import unit_text, value_text
 
-TURNS = ("turn x", "turn y", "turn z")
-"""What the residuals of a quaternion are of."""
-ATTITUDE_KIND = "StarTracker"
+ATTITUDE_KIND, PANELS_KIND = "StarTracker", "Panels"
 
 
 def readings_of(channel: ChannelFit) -> Readings:
@@ -20,18 +22,53 @@ def readings_of(channel: ChannelFit) -> Readings:
         turned = np.einsum("ni,ni->n", modelled[1:], modelled[:-1]) < 0.0
         modelled = np.where(np.concatenate([[False], turned])[:, None].cumsum(axis=0) % 2, -modelled, modelled)
         measured = np.where(np.nansum(measured * modelled, axis=1, keepdims=True) < 0.0, -measured, measured)
-    same = count == len(channel.columns)
-    others = TURNS if count == len(TURNS) else tuple(f"difference {k + 1}" for k in range(count))
+    same, differences = count == len(channel.columns), differences_of(channel)
+    panels = channel.kind == PANELS_KIND
     return Readings(
         t_s=channel.t_s,
         columns=tuple(channel.columns),
         measured=measured,
         modelled=modelled,
-        differences=tuple(channel.columns) if same else others,
+        differences=differences,
         residual=channel.residual,
         promised=channel.promised,
         used=channel.used,
+        reduced=_reduced(channel),
+        direct=channel.direct,
+        notes=_notes(channel) if same else (),
+        colours=panel_colours(channel.columns) if panels else (),
+        shared=panels,
     )
+
+
+def panel_colours(columns: Iterable[str]) -> list[str]:
+    """A colour for each panel, that of its face where it is called after one."""
+    names = list(columns)
+    return [PANEL_COLOURS.get(name.lower(), own) for name, own in zip(names, column_colours(len(names)), strict=True)]
+
+
+def _reduced(channel: ChannelFit) -> np.ndarray | None:
+    """[time differences] bool: fitted with less than half of the usual weight; None where that of all is the same."""
+    weight = channel.weight
+    if weight is None or not (weight > 0.0).any():
+        return None
+    reduced = (weight > 0.0) & (weight < 0.5 * np.median(weight[weight > 0.0]))
+    return reduced if reduced.any() else None
+
+
+def _notes(channel: ChannelFit) -> list[str]:
+    """Residuals of each column as text, of what was fitted, and how many of them there are."""
+    notes = []
+    for k in range(len(channel.columns)):
+        counted, out = counted_of(channel)[:, k], np.isfinite(channel.residual[:, k]) & channel.fitted & ~channel.used
+        parts = []
+        if counted.any():
+            rms = float(np.sqrt((channel.residual[counted, k] ** 2).mean()) * channel.sigma)
+            parts.append(f"residual RMS {value_text(rms, 3)} {unit_text(channel.unit)}".strip())
+            parts.append(f"{counted.sum()} used")
+        parts += [f"{out.sum()} left out"] if out.any() else []
+        notes.append(", ".join(parts) or "nothing fitted")
+    return notes
 
 
 def file_stems(names: Iterable[str]) -> dict[str, str]:

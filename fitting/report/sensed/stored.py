@@ -8,17 +8,16 @@ import numpy as np
 
 from fitting.outcome.result import FittedParameter
 from fitting.outcome.sensed_result import Break, ChannelFit, Holdout, SensedResult
+from fitting.outcome.series import PanelResiduals
 from fitting.parameters.null_space import Direction
 from fitting.report.sensed.shown import file_stems
 from fitting.report.sensed.tables import SENSED_ATTITUDE_COLUMNS
 
+ARRAYS = ("measured", "modelled", "residual", "promised")
+FURTHER = ("direct", "weight")
+"""Of some channels alone."""
 Columns = Callable[[Path, Iterable[str]], dict[str, np.ndarray]]
 """Reads a table with given columns: numbers by their names, NaN where a field is empty."""
-
-
-def is_sensed(fit: dict[str, Any]) -> bool:
-    """Whether a fit.json is that of any satellite, with channels, and not one of six panel currents."""
-    return "channels" in fit
 
 
 def stored_result(directory: Path, fit: dict, provenance: dict, columns: Columns) -> SensedResult:
@@ -50,8 +49,9 @@ def stored_result(directory: Path, fit: dict, provenance: dict, columns: Columns
         timing_s=fit["timing_s"],
         field_angle_deg=_known(attitude["field_angle_deg"]),
         field_angle_sigma_deg=_known(attitude["field_angle_sigma_deg"]),
-        gauge=fit["gauge"],
+        limited=_flags(attitude["limited"]),
         unseen=tuple(Direction(**{k: v for k, v in each.items() if k != "blind"}) for each in fit["unseen"]),
+        gauge=fit["gauge"],
     )
 
 
@@ -62,10 +62,11 @@ def _channel(name: str, fit: dict, table: dict[str, np.ndarray]) -> ChannelFit:
     held = held if held and "rms" in held else None
     breaks = [b for each in fit["breaks"] if each["channel"] == name for b in each["breaks"]]
     shown = delay["from"] == "residuals"
+    parts = {part: [v for key, v in table.items() if key.startswith(f"{part}_")] for part in ARRAYS + FURTHER}
     arrays: dict[str, Any] = {
-        part: np.column_stack([values for key, values in table.items() if key.startswith(f"{part}_")])
-        for part in ("measured", "modelled", "residual", "promised")
+        part: np.column_stack(found) if found else None for part, found in parts.items() if found or part in FURTHER
     }
+    diagnostics = fit["diagnostics"]["channels"].get(name, {"columns": {}})
     return ChannelFit(
         name=name,
         kind=known["kind"],
@@ -83,12 +84,17 @@ def _channel(name: str, fit: dict, table: dict[str, np.ndarray]) -> ChannelFit:
         delay_s=delay["value"] if shown else None,
         delay_sigma_s=delay["sigma"] if shown else None,
         breaks=tuple(Break(**{**each, "left": tuple(each["left"])}) for each in breaks),
+        residuals=tuple(PanelResiduals(**each) for each in diagnostics["columns"].values()),
         witness=witness,
     )
 
 
 def _stack(columns: dict[str, np.ndarray], names: Iterable[str]) -> np.ndarray:
     return np.column_stack([columns[name] for name in names])
+
+
+def _flags(values: np.ndarray) -> np.ndarray | None:
+    return values > 0.5 if np.isfinite(values).any() else None
 
 
 def _known(values: np.ndarray) -> np.ndarray | None:

@@ -1,6 +1,9 @@
 """What the motion of any satellite happens in, for its page and for other programs."""
 
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cache, partial
 from typing import Any
 
 import equinox as eqx
@@ -9,8 +12,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.measurements.sky import Around
+from fitting.orbit.orbit_fit import OrbitFit
 from fitting.outcome.sensed_result import SensedResult
-from fitting.report.orbit_document import FRAME
+from fitting.report.orbit_document import FRAME, orbit_document
 from fitting.report.scene import Sky, scene_document, sky_over
 from jaxsat.environment import KeplerOrbit, elements_from_state, sun_directions
 from jaxsat.time import Epoch
@@ -26,26 +30,39 @@ class Surroundings:
     sky: Sky
 
     @staticmethod
-    def of(result: SensedResult, around: Around, epoch: Epoch) -> "Surroundings":
-        """Those of a result."""
-        t = np.asarray(result.t_s, float)
+    def of(t_s: np.ndarray, around: Around, epoch: Epoch) -> "Surroundings":
+        """Those at times after the epoch [s]."""
+        t = np.asarray(t_s, float)
         position, velocity = (np.asarray(array) for array in states(around.orbit, jnp.asarray(t)))
         revolution = osculating(position[0], velocity[0], float(t[0]))
-        sky = sky_over(around, revolution, (float(t[0]), float(t[-1])), lambda times: sun_directions(epoch, times))
+        sun = partial(sun_directions, epoch, fixed=around.fixed_sun)
+        sky = sky_over(around, revolution, (float(t[0]), float(t[-1])), sun)
         return Surroundings(position, velocity, sky)
 
     def scene(self, result: SensedResult) -> dict[str, Any] | None:
         """Content of scene.json; None where there is no motion."""
         return scene_document(result, self.sky)
 
-    def orbit_document(self, name: str) -> dict[str, Any]:
-        """The key `orbit` of fit.json; SI."""
+    def orbit_document(self, name: str, object_id: str | None = None, fit: OrbitFit | None = None) -> dict[str, Any]:
+        """The key `orbit` of fit.json, SI: with its elements where it was fitted to positions."""
         return {
             "object_name": name or None,
+            "object_id": object_id,
             "frame": FRAME,
+            **({} if fit is None else {"message": fit.message, **orbit_document(fit)}),
             "position_eci_m": np.round(self.position_m, 3),
             "velocity_eci_m_s": np.round(self.velocity_m_s, 6),
         }
+
+
+def look_around(t_s: np.ndarray, around: Around, epoch: Epoch, *, at_once: bool) -> Callable[[], Surroundings]:
+    """Returns what gives the `Surroundings` when called: at once, from a thread of its own, or only then."""
+    if not at_once:
+        return cache(lambda: Surroundings.of(t_s, around, epoch))
+    pool = ThreadPoolExecutor(1, thread_name_prefix="scene")
+    future = pool.submit(Surroundings.of, t_s, around, epoch)
+    pool.shutdown(wait=False)
+    return future.result
 
 
 @eqx.filter_jit

@@ -72,9 +72,8 @@ def fit_one(
             # Importing matplotlib costs half a second; the solver leaves one core to Python.
             threading.Thread(target=importlib.import_module, args=("jaxsat.plotting",), daemon=True).start()
         with StageProgress(session.name) as progress:
-            found = fit_table(
-                inputs.satellite, session, inputs.settings, given=inputs.given, profiles=profiles, progress=progress
-            )
+            how = {"given": inputs.given, "profiles": profiles, "progress": progress}
+            found = fit_table(inputs.satellite, session, inputs.settings, **how, sky_ahead=True)
             progress("writing results", 0, 0)
             found = found.after(before, total=time.perf_counter() - clock.began)
             warnings = found.write_into(stage, plots=plots)

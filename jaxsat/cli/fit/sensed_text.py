@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fitting.report.rows import strong_correlations
-from fitting.report.sensed.rows import (
+from fitting.report.sensed.result_rows import (
     CHANNEL_COLUMNS,
     CHANNEL_NUMBERS,
     VERDICTS,

@@ -8,7 +8,8 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from fitting.report.rows import STRONG_CORRELATION, fit_facts, parameter_rows, strong_correlations
+from fitting.report.page import fit_facts
+from fitting.report.rows import STRONG_CORRELATION, parameter_rows, strong_correlations
 from jaxsat.cli.shared.terminal import plain_table
 from jaxsat.significant import count_text
 

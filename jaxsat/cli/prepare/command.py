@@ -68,8 +68,8 @@ def preparation_document(
     prepared: "PreparedSession", satellite: "SatelliteNumbers", settings: "FitSettings"
 ) -> dict[str, Any]:
     """Returns the content of prepare.json; SI units and radians but where a name says otherwise."""
-    from fitting.report.files import settings_document
     from fitting.report.orbit_document import orbit_document
+    from fitting.report.settings_document import settings_document
 
     session = prepared.session
     return {

@@ -2,9 +2,10 @@
 import { Chart, ceiling, ticks } from "./chart.js";
 import { coloured, el } from "./dom.js";
 import { nearest } from "./data.js";
+import { fieldAngle } from "./field_angle.js";
 import { fixed, short, signed } from "./text.js";
 
-const USED = 1;
+const [USED, REDUCED, OUT] = [1, 2, 3];
 const AXES = ["x", "y", "z"];
 const EDGE = 0.94;
 
@@ -12,6 +13,7 @@ export class ChannelCharts {
   constructor(page, clock, places) {
     Object.assign(this, { page, clock, count: 0 });
     places.rates.querySelector("h2").after(...this.rates());
+    places.angle?.querySelector("h2").after(...fieldAngle(page, clock, (label, strips) => this.chart(label, strips)));
     page.channels.forEach((channel, k) => {
       const head = places.channels[k].querySelector("h2");
       head.after(el("p", { class: "note" }, channel.note), this.key(channel), ...this.channel(channel));
@@ -31,9 +33,15 @@ export class ChannelCharts {
     return el("ul", { class: "legend" }, ...all.map(([kind, text]) => el("li", {}, el("span", { class: `sign ${kind}` }), text)));
   }
 
-  key({ use }) {
-    const crossed = use.some((u) => u !== USED) ? [["cross", "left out of the fit"]] : [];
-    return this.legend([["dot", "measured"], ["curve", "modelled"], ["promised", "promised ±1σ"], ...crossed]);
+  key({ use, readings, residuals }) {
+    return this.legend([
+      ["dot", "measured"],
+      ["curve", "modelled"],
+      ...(readings.some(({ direct }) => direct) ? [["dashed", "direct sunlight alone"]] : []),
+      ["promised", "promised ±1σ"],
+      ...(residuals.some(({ light }) => light) ? [["ring", "weighed down"]] : []),
+      ...(use.some((u) => u !== USED) ? [["cross", "left out of the fit"]] : []),
+    ]);
   }
 
   channel(channel) {
@@ -52,26 +60,30 @@ export class ChannelCharts {
   figure(channel, reading, residual) {
     const { name: of, unit, t_s: t, use } = channel;
     const { name, colour } = reading ?? residual;
-    const strips = [reading && this.readingStrip(channel, reading), residual && this.residualStrip(channel, residual)];
+    // How each sample was used, those that were weighed down told apart.
+    const marked = use.slice();
+    for (const i of residual?.light ?? []) if (marked[i] === USED) marked[i] = REDUCED;
+    const strips = [reading && this.readingStrip(channel, reading, marked), residual && this.residualStrip(channel, residual, marked)];
     const now = el("output");
     this.clock.onChange(() => {
       const i = nearest(t, this.clock.t);
       const values = reading && `${short(reading.measured[i])} measured, ${short(reading.modelled[i])} modelled`;
       const off = residual && `${signed(residual.residual[i], 1)} σ, promised ${fixed(residual.promised[i], 1)}`;
-      now.textContent = [values, off, use[i] === USED ? "" : "left out"].filter(Boolean).join(", ");
+      now.textContent = [values, off, ["", "", "weighed down", "left out"][marked[i]]].filter(Boolean).join(", ");
     });
     const head = el("h3", {}, el("span", { class: "name" }, name), el("small", {}, reading ? unit : "residual / σ"));
     const label = `${of} ${name}: ${reading ? "measured and modelled reading" : "residual"} against time`;
     return coloured(el("figure", { class: "chart" }, head, now, this.chart(label, strips.filter(Boolean))), colour);
   }
 
-  readingStrip({ t_s: t, use, unit }, { measured, modelled }) {
+  readingStrip({ t_s: t, unit, scale }, { measured, modelled, direct }, use) {
     // A wild reading must not flatten the others: it stands at the edge.
-    const shown = [...modelled, ...measured.filter((_, i) => use[i] === USED)].filter((value) => value != null);
+    const shown = [...modelled, ...measured.filter((_, i) => use[i] !== OUT)].filter((value) => value != null);
     const [least, most] = extremes(shown);
     const margin = 0.08 * (most - least) || 0.1 * Math.abs(most) || 1;
-    const [low, high] = [least - margin, most + margin];
-    const points = (wanted) => marks(t, measured, low, high, (i) => (use[i] === USED) === wanted);
+    // Panels share theirs.
+    const [low, high] = scale ?? [least - margin, most + margin];
+    const points = (wanted) => marks(t, measured, low, high, (i) => use[i] === wanted);
     return {
       height: 120,
       low,
@@ -79,15 +91,17 @@ export class ChannelCharts {
       ticks: ticks(low, high, 4),
       label: unit,
       draw: (paint) => {
+        if (direct) paint.line("line dashed", t, direct);
         paint.line("line own", t, modelled);
-        paint.marks(`dot ${size(t)}`, points(true));
-        paint.marks("cross", points(false));
+        paint.marks(`dot ${size(t)}`, points(USED));
+        paint.marks("ring", points(REDUCED));
+        paint.marks("cross", points(OUT));
       },
     };
   }
 
-  residualStrip({ t_s: t, use, reach }, { residual, promised }) {
-    const points = (wanted) => marks(t, residual, -EDGE * reach, EDGE * reach, (i) => (use[i] === USED) === wanted);
+  residualStrip({ t_s: t, reach }, { residual, promised }, use) {
+    const points = (wanted) => marks(t, residual, -EDGE * reach, EDGE * reach, (i) => use[i] === wanted);
     const within = promised.map((value) => (value == null ? null : Math.min(value, reach)));
     return {
       height: 64,
@@ -98,8 +112,9 @@ export class ChannelCharts {
       draw: (paint) => {
         paint.band("promised", t, within.map((value) => value && -value), within);
         paint.line("line zero", [t[0], t.at(-1)], [0, 0]);
-        paint.marks(`dot own ${size(t)}`, points(true));
-        paint.marks("cross", points(false));
+        paint.marks(`dot own ${size(t)}`, points(USED));
+        paint.marks("ring", points(REDUCED));
+        paint.marks("cross", points(OUT));
       },
     };
   }

@@ -3,8 +3,6 @@ export function readPage(text) {
   const page = JSON.parse(text);
   const { samples } = page;
   page.epochMs = Date.parse(`${page.epoch_utc}Z`);
-  if (samples.measured_mA)
-    page.residual_mA = samples.measured_mA.map((row, i) => row.map((value, k) => value - samples.modelled_mA[i][k]));
   page.shadow_s = page.scene ? page.scene.shadow_s : darkSpans(samples.t_s, samples.lit);
   return page;
 }

@@ -1,6 +1,5 @@
 // Finds the places that the report left for the script and fills them; whatever fails leaves the pictures in place.
 import { ChannelCharts } from "./channels.js";
-import { Charts } from "./charts.js";
 import { Clock } from "./clock.js";
 import { el } from "./dom.js";
 import { bindKeys } from "./keys.js";
@@ -43,9 +42,8 @@ function start() {
     place("motion").hidden = true;
     place("motion").after(transport(page, clock));
   }
-  const charts = page.channels
-    ? new ChannelCharts(page, clock, { rates: place("rates"), channels: page.channels.map((_, k) => place(`channel-${k}`)) })
-    : new Charts(page, clock, { currents: place("currents"), angle: place("field-angle") });
+  const places = { rates: place("rates"), angle: place("field-angle"), channels: page.channels.map((_, k) => place(`channel-${k}`)) };
+  const charts = new ChannelCharts(page, clock, places);
   bindKeys(clock);
 
   const asked = Number(new URLSearchParams(location.hash.slice(1)).get("t") ?? NaN);

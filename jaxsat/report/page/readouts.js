@@ -16,7 +16,7 @@ export class Readouts {
       list.append(el("div", {}, el("dt", {}, name), this.cells[name]));
     }
     this.caption = el("caption");
-    const own = page.channels ? channelLines(page) : currentLines(page);
+    const own = channelLines(page);
     this.rows = own.lines.map((line) => this.row(line));
     this.title = own.title;
     const heads = [own.what, "measured", "modelled", own.residual, ""].map((text, k) =>
@@ -24,7 +24,7 @@ export class Readouts {
     );
     const table = el(
       "table",
-      { class: page.channels ? "faces many" : "faces" },
+      { class: "faces many" },
       this.caption,
       el("thead", {}, el("tr", {}, ...heads)),
       el("tbody", {}, ...this.rows.map((row) => row.element)),
@@ -68,20 +68,6 @@ export class Readouts {
 }
 
 // Lines of the table: name, colour, and at(sample, t) with the three numbers as text and how they were used.
-function currentLines(page) {
-  const { samples } = page;
-  const lines = page.panels.map(({ name, colour }, k) => ({
-    name,
-    colour,
-    at: (sample) => {
-      const values = [samples.measured_mA, samples.modelled_mA, page.residual_mA].map((rows) => rows[sample][k]);
-      return [[fixed(values[0], 1), fixed(values[1], 1), signed(values[2], 1)], USE[samples.use[sample][k]]];
-    },
-  }));
-  const title = (sample) => `Currents, mA, of the sample at t = ${fixed(samples.t_s[sample], 0)} s`;
-  return { lines, title, what: "face", residual: "residual" };
-}
-
 function channelLines(page) {
   const lines = page.channels.flatMap(({ name, unit, t_s, use, paired, readings, residuals }) =>
     readings.map((reading, k) => ({

@@ -10,6 +10,7 @@ from jaxsat.panel_names import PANEL_NAMES
 from jaxsat.satellites.satellite import Satellite
 from jaxsat.satellites.sections.session import ChannelSettings
 from jaxsat.sensors import Panels
+from jaxsat.telemetry.elements.tle_lines import international_designator
 from jaxsat.telemetry.raw_sun.cleaning import Session
 from jaxsat.telemetry.table.session import Channel, RejectedRow, TableSession
 
@@ -42,6 +43,9 @@ def table_of(session: Session, satellite: Satellite) -> TableSession:
         positions=(session.t_s, session.position_eci_m),
         velocities=session.velocity_eci_m_s,
         unused=tuple(name for name in columns if not any(name in each.columns for each in channels.values())),
+        rows=session.raw_t_s.size,
+        object_name=session.raw.satellite,
+        object_id=international_designator(session.raw.tle[0]),
     )
 
 

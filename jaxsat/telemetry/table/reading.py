@@ -69,6 +69,7 @@ def read_tables(paths: str | Path | Sequence[str | Path], satellite: Satellite) 
         positions=None if states is None else (states[0], states[1]),
         velocities=None if states is None else states[2],
         unused=tuple(dict.fromkeys(name for file in files for name in file.columns if name not in named)),
+        rows=int(used.size),
     )
 
 

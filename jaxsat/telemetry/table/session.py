@@ -99,6 +99,12 @@ class TableSession:
     """[n 3] at the times of the positions, likewise [m/s]."""
     unused: tuple[str, ...] = ()
     """Columns of the tables that the satellite file does not name."""
+    rows: int = 0
+    """Of the tables, the rejected ones among them."""
+    object_name: str | None = None
+    """What the file itself calls the satellite."""
+    object_id: str | None = None
+    """Its international designator, where the file tells it."""
 
     @property
     def name(self) -> str:

@@ -1,13 +1,16 @@
 """What tables of a fit of any satellite say, as text: channels, parameters and what they buy, facts, alternatives."""
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
+from fitting.outcome.diagnostics import Diagnostics, tail_text
 from fitting.outcome.sensed_result import AMBIGUOUS_VERDICT, FITS, FITS_ONLY, PREDICTS, SensedResult
 from fitting.parameters.invisible import PRIORS
 from fitting.parameters.null_space import Direction, gauge_text
-from fitting.report.rows import medians, parameter_rows
+from fitting.report.rows import element_rows, medians, parameter_rows
 from jaxsat.report import Verdict
 from jaxsat.significant import count_text, spans_text, unit_text, value_text
 from jaxsat.telemetry import RejectedRow
@@ -81,9 +84,13 @@ def sensed_facts(result: SensedResult) -> list[tuple[str, str]]:
         facts.append(("held out", f"{later.size} times, t = {later[0]:g} to {later[-1]:g} s"))
     if result.illumination is not None:
         facts.append(("in the Earth's shadow", f"{int((result.illumination <= 0.5).sum())} times"))
+    if result.limited is not None and result.limited.any():
+        out = t[result.limited]
+        facts.append(("left out as limited", f"{count_text(out.size, 'sample')}, t = {out[0]:g} to {out[-1]:g} s"))
     facts.append(("attitude 1σ about x, y, z", f"{medians(result.attitude_sigma_deg[fitted])} deg (median)"))
     if not fitted.all():
         facts.append(("... where it is held out", f"{medians(result.attitude_sigma_deg[~fitted])} deg (median)"))
+    facts += _field_angle(result)
     rate = np.degrees(np.linalg.norm(result.angular_velocity_rad_s, axis=1))
     facts.append(("angular rate", f"{rate.min():.3g} to {rate.max():.3g} deg/s"))
     defined = [d for d in result.unseen if d.blind and d.held_by != PRIORS]
@@ -106,18 +113,58 @@ def _weak_text(weak: Sequence[Direction]) -> str:
     return f"{count_text(len(weak), 'combination')} of parameters{more}{'; '.join(d.name for d in weakest)}"
 
 
+def _field_angle(result: SensedResult) -> list[tuple[str, str]]:
+    angle, sigma = result.field_angle_deg, result.field_angle_sigma_deg
+    if angle is None or sigma is None or not np.isfinite(angle).any():
+        return []
+    text = f"{np.nanmin(angle):.1f} to {np.nanmax(angle):.1f} deg, 1σ {medians(sigma)} deg (median)"
+    return [("angle of x to the field", text)]
+
+
+def diagnostic_rows(diagnostics: Diagnostics) -> list[tuple[str, ...]]:
+    """Returns (channel, column, residuals, RMS, mean, its z, lag 1, its z, p) as text."""
+    rows = []
+    for name, channel in diagnostics.channels.items():
+        for column, each in channel.columns.items():
+            signed = (each.mean, each.mean_z, each.lag1, each.lag1_z)
+            rows.append(
+                (
+                    name,
+                    column,
+                    str(each.count),
+                    "" if each.rms is None else f"{each.rms:.2f}",
+                    *("" if number is None else f"{number:+.2f}" for number in signed),
+                    "" if each.ljung_box_p is None else value_text(each.ljung_box_p, 2),
+                )
+            )
+    return rows
+
+
+def diagnostic_note(diagnostics: Diagnostics) -> str:
+    """Returns chi2, tails and remarks in sentences."""
+    ratio, p = diagnostics.chi2_per_dof, diagnostics.chi2_p
+    parts = [] if ratio is None else [f"chi2 per degree of freedom {ratio:.3f} (p = {value_text(p or 0.0, 2)})"]
+    parts += [f"{name}: {tail_text(channel.tails)}" for name, channel in diagnostics.channels.items()]
+    return "; ".join([*parts, *(diagnostics.remarks() or ["nothing that is not noise"])]) + "."
+
+
 def unseen_rows(result: SensedResult) -> list[tuple[str, str, str, str]]:
-    """Returns (name, information, what holds it, components) of the directions that the data hardly see."""
+    """Returns (direction, information, what holds it, components) of what the data hardly see."""
     units = {p.name: unit_text(p.unit) for p in result.parameters}
-    return [
-        (
-            d.name,
-            "none" if d.blind else value_text(d.information, 2),
-            d.held_by,
-            ", ".join(f"{name} {change:+.3g} {units.get(name, '')}".strip() for name, change in d.components.items()),
-        )
-        for d in result.unseen
-    ]
+    rows = []
+    for direction in result.unseen:
+        parts = [f"{name} {change:+.3g} {units.get(name, '')}".strip() for name, change in direction.components.items()]
+        seen = "none" if direction.blind else value_text(direction.information, 2)
+        rows.append((direction.name, seen, direction.held_by, ", ".join(parts)))
+    return rows
+
+
+def orbit_rows(orbit: Mapping[str, Mapping[str, Any]] | None) -> list[tuple[str, str, str, str]]:
+    """Returns (element, value, sigma, unit) of an orbit that was fitted to positions."""
+    found = orbit or {}
+    values = {name: element["value"] for name, element in found.items()}
+    sigmas = {name: math.nan if element["sigma"] is None else element["sigma"] for name, element in found.items()}
+    return element_rows(values, sigmas)
 
 
 def alternative_rows(result: SensedResult) -> list[tuple[str, str, str, str]]:
