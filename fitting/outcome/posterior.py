@@ -14,13 +14,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Key
 
-from fitting.measurements.abstract import RATE_UNIT
-from fitting.measurements.problem import Problem
+from fitting.measurements.abstract import RATE_UNIT, AbstractProblem
 from fitting.outcome.uncertainty import covariance
-from fitting.parameters.names import STATE, TO_UNIT, UNITS
-from fitting.parameters.parametrization import Parametrization
+from fitting.parameters.free import FreeLeaves, FreeParameters
+from fitting.parameters.names import STATE
+from fitting.parameters.quoted import quoted_names, quoted_units
+from fitting.sensed_run import SensedFit
 from fitting.solvers.least_squares import Settings, normal_equations, priors
-from fitting.solvers.refine import PLAIN, Refined
+from fitting.solvers.refine import LIKELIHOODS, PLAIN, Refined
 from fitting.starts.multi_start import NONE
 from jaxsat.errors import InputError
 from jaxsat.integrators import BLOCK
@@ -58,8 +59,8 @@ class Posterior:
 class Target(eqx.Module):
     """The posterior over whitened unknowns u: x = minimum + factor u, so that it is near a unit normal one."""
 
-    problem: Problem
-    parameters: Parametrization
+    problem: AbstractProblem
+    parameters: FreeLeaves
     settings: Settings
     x: Float[Array | np.ndarray, " unknowns"]
     """Of the minimum."""
@@ -110,35 +111,35 @@ class Target(eqx.Module):
         density.defvjp(forward, lambda gradient, cotangent: (-cotangent * gradient,))
         return density(u)
 
-    def physical(self, u: Float[Array, " white"]) -> Float[Array, " unknowns"]:
-        """Values of the unknowns in SI."""
+    def physical(self, u: Float[Array, " white"]) -> Float[Array, " numbers"]:
+        """Values of the state and of all leaves in SI."""
         x = self.unknowns(u)
-        values = self.parameters.named(x[len(STATE) :])[self.parameters.indices()]
-        return jnp.concatenate([x[:3], x[3:6] * RATE_UNIT, values])
+        return jnp.concatenate([x[:3], x[3:6] * RATE_UNIT, self.parameters.values(x[len(STATE) :])])
 
 
 def sample_posterior(
-    problem: Problem,
-    parameters: Parametrization,
-    refined: Refined,
-    *,
-    draws: int = 500,
-    warmup: int = 300,
-    chains: int = 4,
-    seed: int = 0,
-    tail: float = NONE,
+    found: SensedFit, *, draws: int = 500, warmup: int = 300, chains: int = 4, seed: int = 0
 ) -> Posterior:
     """Draws about the best minimum of a fit, under its stated noise, its priors and the samples that it kept.
 
     Samples that it left out stay out, so the draws tell nothing of that choice. The prior of the attitude is even in
-    the rotation vector. `tail` is that of the likelihood (`fitting.solvers.refine.LIKELIHOODS`, last round).
+    the rotation vector.
 
     Raises `InputError` where BlackJAX is not installed, or where the data and priors leave a direction open.
     """
+    best, parameters = found.found.minima[0], found.found.parameters
+    tail = LIKELIHOODS[found.settings.likelihood][-1].tail
+    target = build_target(best.problem, parameters, best.refined, tail=tail)
+    return draw_from(target, parameters, draws=draws, warmup=warmup, chains=chains, seed=seed)
+
+
+def draw_from(
+    target: Target, parameters: FreeParameters, *, draws: int, warmup: int, chains: int, seed: int
+) -> Posterior:
+    """Draws of a target whose leaves are those of `parameters`; raises `InputError` where BlackJAX is not installed."""
     sampler = load_blackjax()
     if chains < 2 or draws < 4 or warmup < 1:
         raise InputError(f"expected 2 chains, 4 draws, 1 of warm-up or more, got {chains}, {draws}, {warmup}")
-    target = build_target(problem, parameters, refined, tail=tail)
     key_starts, key_chains = jax.random.split(jax.random.key(seed))
     starts = np.asarray(jax.random.normal(key_starts, (chains, target.factor.shape[1])))
     # Halved until within the bounds: the minimum itself is.
@@ -149,17 +150,17 @@ def sample_posterior(
     run = eqx.filter_jit(_run)
     keys = jax.random.split(key_chains, chains)
     physical, diverged, acceptance = run(sampler, target, keys, jnp.asarray(starts), warmup, draws)
-    names = parameters.names
-    unit = np.array([TO_UNIT.get(name, 1.0) * parameters.quoted(name) for name in names])
-    samples = np.asarray(physical) * unit
-    halves = samples[:, : draws - draws % 2].reshape(2 * chains, draws // 2, len(names))
+    numbers, all_names = _free_numbers(parameters), quoted_names(parameters)
+    unit = np.concatenate([np.full(len(STATE), np.degrees(1.0)), [leaf.to_unit for leaf in parameters.leaves]])
+    samples = np.asarray(physical)[..., numbers] * unit[numbers]
+    halves = samples[:, : draws - draws % 2].reshape(2 * chains, draws // 2, len(numbers))
     moving = samples.std(axis=(0, 1)) > 0.0
-    effective, r_hat = np.full(len(names), np.nan), np.full(len(names), np.nan)
+    effective, r_hat = np.full(len(numbers), np.nan), np.full(len(numbers), np.nan)
     effective[moving] = jax.jit(sampler.diagnostics.effective_sample_size)(samples[..., moving])
     r_hat[moving] = jax.jit(sampler.diagnostics.potential_scale_reduction)(halves[..., moving])
     return Posterior(
-        names=names,
-        units=tuple(UNITS[name] for name in names),
+        names=tuple(all_names[k] for k in numbers),
+        units=tuple(quoted_units(parameters)[k] for k in numbers),
         samples=samples,
         effective_samples=effective,
         split_r_hat=r_hat,
@@ -168,18 +169,30 @@ def sample_posterior(
     )
 
 
-def build_target(problem: Problem, parameters: Parametrization, refined: Refined, *, tail: float = NONE) -> Target:
-    """The density about the best minimum; raises `InputError` where a direction is open."""
+def _free_numbers(parameters: FreeParameters) -> np.ndarray:
+    """Which of the state and the leaves are free, in the order of the unknowns."""
+    state = np.arange(len(STATE) if parameters.free_motion else 0)
+    return np.concatenate([state, len(STATE) + parameters.columns[parameters.columns >= 0]])
+
+
+def build_target(
+    problem: AbstractProblem, parameters: FreeParameters, refined: Refined, *, tail: float = NONE
+) -> Target:
+    """The density about the best minimum; raises `InputError` where a direction is open.
+
+    `tail` is that of the likelihood (`fitting.solvers.refine.LIKELIHOODS`, last round).
+    """
     best = jax.tree.map(lambda leaf: np.asarray(leaf)[0], refined.points)
     lower, upper = parameters.bounds()
-    moving = (best.x > lower + 1e-9) & (best.x < upper - 1e-9)
+    moving = parameters.everything & (best.x > lower + 1e-9) & (best.x < upper - 1e-9)
     cov = covariance(best.hessian, moving)
     if not np.all(np.isfinite(np.diagonal(cov))):
         blind = ", ".join(name for name, v in zip(parameters.names, np.diagonal(cov), strict=True) if not v < np.inf)
         raise InputError(f"the data say nothing of {blind}: there is no posterior to draw from")
     factor = np.zeros((len(cov), int(moving.sum())))
     factor[moving] = np.linalg.cholesky(cov[np.ix_(moving, moving)])
-    last = int(np.flatnonzero(problem.valid)[-1])
+    # What was held out takes no part in the cost.
+    last = int(np.flatnonzero(np.asarray(best.weight).any(axis=1))[-1])
     settings = Settings(
         blocks=np.asarray(-(-int(np.asarray(problem.grid.sample_index)[last]) // BLOCK)),
         iterations=np.asarray(0),
@@ -189,7 +202,7 @@ def build_target(problem: Problem, parameters: Parametrization, refined: Refined
         ceiling=np.asarray(NONE),
     )
     weight = np.asarray(best.weight)
-    return Target(problem, parameters, settings, best.x, best.reference, weight, factor, (lower, upper))
+    return Target(problem, parameters.tree, settings, best.x, best.reference, weight, factor, (lower, upper))
 
 
 def _run(

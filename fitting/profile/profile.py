@@ -17,9 +17,10 @@ from scipy.interpolate import CubicSpline
 
 from fitting.measurements.abstract import RATE_UNIT, AbstractProblem
 from fitting.outcome.uncertainty import at_bound, covariance
-from fitting.parameters.free import INERTIA_PLACE, FreeParameters, Gauge
+from fitting.parameters.free import FreeParameters
 from fitting.parameters.names import STATE
 from fitting.parameters.quoted import quoted_names, quoted_slopes, quoted_units, values_jacobian
+from fitting.profile.holding import choose_held, sigma_along
 from fitting.profile.walk import Held, Step, walk
 from fitting.solvers.refine import CONVERGED_DECREMENT, Refined
 from fitting.starts.multi_start import NONE, Progress
@@ -29,9 +30,6 @@ REACH = 3.0
 """How far a profile goes: the root of twice the cost's rise [sigma]."""
 Z_68, Z_95 = 1.0, 1.959964
 """Roots of twice the rise that bound 68.3 and 95 %: quantiles of chi-square with one degree of freedom (Wilks 1938)."""
-FAITHFUL = 0.95
-"""Share of the sigma that the held unknowns must account for; the interval is too narrow by as much."""
-
 Interval = tuple[float | None, float | None]
 
 
@@ -88,9 +86,9 @@ def profile(
     lower, upper = parameters.bounds()
     k = parameters.names.index(name)
     free = parameters.everything & ~at_bound(best.x, best.gradient, (lower, upper))
-    sigma = _sigma(slopes[number], covariance(best.hessian, free)) if free[k] else None
+    sigma = sigma_along(slopes[number], covariance(best.hessian, free)) if free[k] else None
     free[k] = True
-    held, spread = _choose_held(parameters, name, slopes[number], best.hessian, free)
+    held, spread = choose_held(parameters, name, slopes[number], best.hessian, free)
     reached = walk(problem, parameters, best, Held(k, held, spread), reach=REACH, tail=tail, progress=progress)
 
     values = np.array([_value(parameters, k, best.reference, step) for step in reached])
@@ -177,64 +175,6 @@ def interval(
         return float(crossings[np.argmin(np.abs(crossings - 0.5 * (inner + outer)))])
 
     return end(np.arange(middle, -1, -1), walls[0]), end(np.arange(middle, len(values)), walls[1])
-
-
-def _choose_held(
-    parameters: FreeParameters, name: str, slope: np.ndarray, hessian: np.ndarray, free: np.ndarray
-) -> tuple[np.ndarray, float]:
-    """Which unknowns [unknowns bool] are held so that the parameter is, and the 1-sigma of its own unknown.
-
-    Under a gauge the parameter is its unknown divided by the modulus of the magnet, or by the mean of the gains: free
-    to scale all of them, the others would undo any shift, so one of them is held too. The ratio of the two is held then
-    instead of the value; what this costs is seen in the sigma along the way, and where it is too much, said. An entry
-    of an inertia that stays that of a body is its own unknown near the nominal one; elsewhere the same check says so.
-    `slope` [unknowns] is that of the parameter in its unit.
-    """
-    k = parameters.names.index(name)
-    gauge = _gauge_of(parameters, k)
-    family = () if gauge is None else tuple(parameters.leaves[leaf].name for leaf in gauge.leaves)
-    partners = [parameters.names.index(other) for other in family if other != name] or [k]
-    whole = _sigma(slope, covariance(hessian, free))
-    choices = []
-    for partner in partners:
-        held = np.isin(np.arange(len(free)), [k, partner])
-        cov = covariance(hessian, free & (~held | (np.arange(len(free)) == k)))
-        spread = float(np.sqrt(cov[k, k]))
-        if not 0.0 < spread < np.inf:
-            raise InputError(f"the data say nothing of {name}: it has no profile")
-        along = _sigma(slope, np.outer(cov[:, k], cov[:, k]) / cov[k, k])
-        choices.append((along or 0.0, held, spread))
-    along, held, spread = max(choices, key=lambda choice: choice[0])
-    if whole is not None and along < FAITHFUL * whole:
-        raise InputError(f"{name} has no profile of its own, for {_why_not(parameters, k, gauge)}")
-    return held, spread
-
-
-def _gauge_of(parameters: FreeParameters, unknown: int) -> Gauge | None:
-    """The gauge that holds and has the leaf of this unknown in it."""
-    leaf = parameters.columns[unknown - len(STATE)] if unknown >= len(STATE) else -1
-    held = (gauge for gauge in parameters.tree.gauges if gauge.name in parameters.gauged)
-    return next((gauge for gauge in held if leaf in gauge.leaves), None)
-
-
-def _why_not(parameters: FreeParameters, unknown: int, gauge: Gauge | None) -> str:
-    """What its value moves with."""
-    if gauge is not None and gauge.name == "magnet":
-        return "the magnet's modulus is held as gauge: profile a component across it, or do not free the inertia"
-    if gauge is not None:
-        return f"the mean of {gauge.name} is held as gauge: free either the gains or the largest current"
-    if parameters.leaves[parameters.columns[unknown - len(STATE)]].place == INERTIA_PLACE:
-        return "the entries of an inertia that stays that of a body move together: free this one alone"
-    return "it moves together with others"
-
-
-def _sigma(slope: np.ndarray, cov: np.ndarray) -> float | None:
-    """1-sigma of a number of this slope [unknowns]; None where there is none."""
-    finite = np.isfinite(np.diagonal(cov))
-    if np.any(slope[~finite] != 0.0):
-        return None
-    sigma = float(np.sqrt(slope[finite] @ cov[np.ix_(finite, finite)] @ slope[finite]))
-    return sigma if 0.0 < sigma < np.inf else None
 
 
 def _value(parameters: FreeParameters, unknown: int, origin: np.ndarray, step: Step) -> float:
