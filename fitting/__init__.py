@@ -9,23 +9,17 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from fitting.orbit.orbit_fit import fit_orbit as fit_orbit
     from fitting.outcome.posterior import sample_posterior as sample_posterior
-    from fitting.outcome.result import FitResult as FitResult
-    from fitting.run import SessionFit as SessionFit
     from fitting.run import fit as fit
     from fitting.sensed_run import SensedFit as SensedFit
     from fitting.sensed_run import fit_table as fit_table
     from fitting.sensed_settings import SensedSettings as SensedSettings
     from fitting.session import prepare_session as prepare_session
-    from fitting.settings import FitSettings as FitSettings
 
 _PLACES = {
     "fit": "fitting.run",
-    "SessionFit": "fitting.run",
     "fit_table": "fitting.sensed_run",
     "SensedFit": "fitting.sensed_run",
     "SensedSettings": "fitting.sensed_settings",
-    "FitSettings": "fitting.settings",
-    "FitResult": "fitting.outcome.result",
     "prepare_session": "fitting.session",
     "fit_orbit": "fitting.orbit.orbit_fit",
     "sample_posterior": "fitting.outcome.posterior",

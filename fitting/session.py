@@ -54,9 +54,14 @@ class PreparedSession:
     def around(self) -> Around:
         """What the session happens in; the Earth's shadow has a sharp edge."""
         earth, session = self.given.earth, self.session
-        scalars = (self.greenwich_angle, earth.rotation_rate_rad_s, 1e3 * earth.radius_km)
-        field = igrf_field(session.epoch.decimal_year())
-        return Around(self.orbit_fit.orbit, field, *(np.asarray(x) for x in scalars), sharp=True)
+        return Around(
+            self.orbit_fit.orbit,
+            igrf_field(session.epoch.decimal_year()),
+            np.asarray(self.greenwich_angle),
+            np.asarray(earth.rotation_rate_rad_s),
+            np.asarray(1e3 * earth.radius_km),
+            sharp=True,
+        )
 
     def within(self, arc_s: tuple[float, float] | None = None) -> np.ndarray:
         """[time] bool: samples of an arc [t0, t1], of all by default; `InputError` where they tell no attitude."""

@@ -13,7 +13,7 @@ from fitting.measurements.given import motion_at
 from fitting.measurements.groups import Group, Groups, over_columns
 from fitting.measurements.sensed import SensedProblem
 from fitting.measurements.sky import Around, nodes_at, sky_at
-from jaxsat.environment import Commands, sun_directions
+from jaxsat.environment import Commands
 from jaxsat.errors import InputError
 from jaxsat.integrators import StepGrid
 from jaxsat.satellites.model import Model
@@ -116,10 +116,10 @@ def build_sensed(
     padded_t = np.pad(t, (0, extra), mode="edge")
     lit = any("light" in sensor.needs for sensor in model.sensors.values())
     columns = {name: np.interp(padded_t, *pair) for name, pair in samples.columns.items()}
-    sun = sun_directions(samples.epoch, padded_t, fixed=around.fixed_sun) if lit else None
+    sun = around.sun_eci(samples.epoch, padded_t) if lit else None
     sky = sky_at(around, padded_t, sun, columns)
     nodes = np.asarray(grid.node_times)
-    node_sun = sun_directions(samples.epoch, nodes, fixed=around.fixed_sun) if around.pushed else None
+    node_sun = around.sun_eci(samples.epoch, nodes) if around.pushed else None
     orbit = nodes_at(around, nodes, node_sun)
     if commands is not None:
         orbit = replace(orbit, commands=commands(nodes))

@@ -30,7 +30,7 @@ def check_light(channels: Mapping[str, Channel], model: Model, path: Path) -> No
     lit, count = int(seen.any(axis=1).sum()), len(seen)
     if lit == 0:
         raise InputError(f"all {count} samples are in shadow: no reading exceeds {told}", file=path, field=name)
-    ever = seen.any(axis=0)
+    ever = np.asarray(seen.any(axis=0))
     normals = np.asarray(sensor.normals)[ever]
     if np.linalg.matrix_rank(normals, tol=0.1) < 2:
         which = " and ".join(column for column, found in zip(channel.columns, ever, strict=True) if found)

@@ -12,8 +12,8 @@ from jaxtyping import Array, Bool, Float, Int
 from fitting.measurements.abstract import RATE_UNIT, AbstractProblem, Prediction, Visit, small_turns
 from fitting.measurements.groups import Groups
 from fitting.measurements.sky import Sky
-from fitting.parameters.free import FreeLeaves
 from fitting.parameters.names import STATE
+from fitting.parameters.tree import FreeLeaves
 from jaxsat.dynamics import AttitudeState, derivative, rigid_body
 from jaxsat.environment import OrbitTable
 from jaxsat.integrators import StepGrid

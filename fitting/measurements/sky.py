@@ -18,6 +18,7 @@ from jaxsat.environment import (
     LightTable,
     OrbitTable,
     SpecularAlbedo,
+    sun_directions,
     tabulate_light,
     tabulate_orbit,
 )
@@ -25,6 +26,7 @@ from jaxsat.environment.orbit import AbstractOrbit
 from jaxsat.math import quaternion
 from jaxsat.sensors import Albedo
 from jaxsat.sensors.view import View
+from jaxsat.time import Epoch
 
 
 class Sky(eqx.Module):
@@ -91,6 +93,11 @@ class Around(eqx.Module):
     """Whether the Earth's shadow has a sharp edge and no penumbra."""
     fixed_sun: Float[Array | np.ndarray, "3"] | None = None
     """Unit vector to the Sun where it is given; None where it follows from the epoch."""
+
+    def sun_eci(self, epoch: Epoch, t_s: np.ndarray) -> np.ndarray:
+        """[time 3] unit vectors to the Sun at times after the epoch [s]."""
+        fixed = None if self.fixed_sun is None else np.asarray(self.fixed_sun).tolist()
+        return sun_directions(epoch, t_s, fixed=fixed)
 
 
 def _sky(

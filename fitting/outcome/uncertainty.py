@@ -2,9 +2,6 @@
 
 import numpy as np
 
-from fitting.measurements.abstract import RATE_UNIT
-from fitting.parameters.names import NAMED, STATE, TO_UNIT
-
 
 def covariance(information: np.ndarray, free: np.ndarray) -> np.ndarray:
     """Inverse of the information matrix over the unknowns that are `free` [bool]; zero rows for the others.
@@ -36,24 +33,6 @@ def promised_saving(gradient: np.ndarray, cov: np.ndarray, pressed: np.ndarray) 
     finite = np.isfinite(np.diagonal(cov)) & ~pressed
     slope = np.asarray(gradient)[finite]
     return 0.5 * float(slope @ cov[np.ix_(finite, finite)] @ slope)
-
-
-def physical_covariance(values_jacobian: np.ndarray, cov: np.ndarray) -> tuple[list[str], np.ndarray]:
-    """Names (state, then all of `NAMED`) and covariance of their values in the units of the names.
-
-    `values_jacobian` [named free] is that of `Parametrization.named` at the minimum; where the gauge holds the
-    magnet's modulus, its projection is in it.
-    """
-    full = np.zeros((len(STATE) + len(NAMED), len(cov)))
-    full[: len(STATE), : len(STATE)] = np.diag([1.0] * 3 + [RATE_UNIT] * 3)
-    full[len(STATE) :, len(STATE) :] = values_jacobian
-    names = [*STATE, *NAMED]
-    full *= np.array([TO_UNIT.get(name, 1.0) for name in names])[:, None]
-    finite = np.isfinite(np.diagonal(cov))
-    result = full[:, finite] @ cov[np.ix_(finite, finite)] @ full[:, finite].T
-    touched = np.any(np.abs(full[:, ~finite]) > 0, axis=1)
-    result[touched, touched] = np.inf
-    return names, result
 
 
 def correlations(names: list[str], cov: np.ndarray, free: set[str]) -> dict[str, dict[str, float]]:

@@ -6,19 +6,20 @@ of its prior sigma, those that move the satellite in front. Both kinds are padde
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import jax.numpy as jnp
 import numpy as np
 
 from fitting.parameters.names import STATE
-from fitting.parameters.parametrization import FLAT, Parametrization
 from fitting.parameters.transforms import inertia_shift, polar_from_dipole, second_moment_root, thinnest
 from fitting.parameters.tree import FreeLeaves, Gauge
 from jaxsat.errors import InputError
 from jaxsat.satellites.model import INERTIA_PLACE, MAGNET_PLACE, POLAR_PLACE, Leaf, Model, Spot, nominal_values
 
 PAD = 4
+FLAT = 0.05
+"""Least principal second moment of mass over the mean one of a nominal body below which a prior sigma of its inertia
+spans thicknesses many times its own, and entries of the inertia move by themselves."""
 MAX_ELEVATION = np.radians(80.0)
 """Highest elevation of a nominal dipole that angles may describe."""
 MODULUS: Spot = (POLAR_PLACE, (0,))
@@ -206,9 +207,3 @@ def _gauge(name: str, leaves: tuple[Leaf, ...]) -> Gauge:
         own, beside = f"sensors.{sensor}.gain", f"sensors.{sensor}.max_current"
     where = [tuple(k for k, leaf in enumerate(leaves) if leaf.place == place) for place in (own, beside)]
     return Gauge(name, *where)
-
-
-AnyParameters: TypeAlias = Parametrization | FreeParameters
-"""What solvers take: names, bounds and a `tree` for the compiled programs, of the one kind of model or the other."""
-AnyTree: TypeAlias = Parametrization | FreeLeaves
-"""What a compiled program takes of it."""

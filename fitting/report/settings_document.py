@@ -3,12 +3,12 @@
 from typing import Any
 
 from fitting.session import PreparedSession
-from fitting.settings import FitSettings
 from jaxsat.satellites import SatelliteNumbers
+from jaxsat.setting_types import Section
 
 
 def settings_document(
-    prepared: PreparedSession, satellite: SatelliteNumbers, settings: FitSettings | None = None
+    prepared: PreparedSession, satellite: SatelliteNumbers, settings: Section | None = None
 ) -> dict[str, Any]:
     """Returns all settings that a preparation or a fit reads, by the sections of a configuration, as plain values."""
     sections = {**dict(prepared.given), **dict(satellite), "cleaning": prepared.session.cleaning}

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from fitting.measurements.abstract import AbstractProblem
-from fitting.parameters.free import AnyTree
+from fitting.parameters.tree import FreeLeaves
 from fitting.solvers.least_squares import Point, Settings, levenberg_marquardt
 from fitting.stored import Stored
 
@@ -27,7 +27,7 @@ def _named(solver: str) -> Callable[..., Point]:
 
 def _solve_chunk(
     problem: AbstractProblem,
-    parameters: AnyTree,
+    parameters: FreeLeaves,
     solver: str,
     settings: Settings,
     bounds: tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]],

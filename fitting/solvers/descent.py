@@ -18,7 +18,7 @@ import optax
 from jaxtyping import Array, Bool, Float, Int
 
 from fitting.measurements.abstract import AbstractProblem
-from fitting.parameters.free import AnyTree
+from fitting.parameters.tree import FreeLeaves
 from fitting.solvers.least_squares import (
     FINISHED_DECREMENT,
     TINY_DAMPING,
@@ -44,7 +44,7 @@ Bounds = tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]]
 
 def lbfgs(
     problem: AbstractProblem,
-    parameters: AnyTree,
+    parameters: FreeLeaves,
     settings: Settings,
     bounds: Bounds,
     x: Float[Array, " unknowns"],
@@ -122,7 +122,7 @@ def lbfgs(
 
 def adam(
     problem: AbstractProblem,
-    parameters: AnyTree,
+    parameters: FreeLeaves,
     settings: Settings,
     bounds: Bounds,
     x: Float[Array, " unknowns"],
@@ -187,7 +187,7 @@ class _LineSearch(eqx.Module):
 
 def _evaluate(
     problem: AbstractProblem,
-    parameters: AnyTree,
+    parameters: FreeLeaves,
     settings: Settings,
     bounds: Bounds,
     point: Point,

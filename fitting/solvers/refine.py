@@ -9,7 +9,7 @@ import numpy as np
 from fitting.measurements.abstract import AbstractProblem
 from fitting.measurements.groups import Groups, of_groups, over_columns
 from fitting.outcome.uncertainty import at_bound, covariance, promised_saving
-from fitting.parameters.free import AnyParameters
+from fitting.parameters.free import FreeParameters
 from fitting.solvers.least_squares import FINISHED_DECREMENT, SEPARATE_SCALE, Point, robust_loss
 from fitting.starts.multi_start import NONE, Progress, Stage, Starts, distinct, solve
 
@@ -71,7 +71,7 @@ def candidates(cost: np.ndarray) -> np.ndarray:
 
 def refine(
     problem: AbstractProblem,
-    parameters: AnyParameters,
+    parameters: FreeParameters,
     survivors: Starts,
     weight: np.ndarray,
     *,
@@ -149,7 +149,7 @@ def refine(
     return Refined(jax.tree.map(lambda leaf: leaf[order], points), score[order], limited[order], hopeless[order])
 
 
-def _unsettled(points: Point, parameters: AnyParameters) -> np.ndarray:
+def _unsettled(points: Point, parameters: FreeParameters) -> np.ndarray:
     """Indices of minima that more steps would lower: of the best one, and of those that might become it."""
     costs = np.where(np.isfinite(points.cost), points.cost, np.inf)
     found = []

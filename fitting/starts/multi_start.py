@@ -14,7 +14,7 @@ import jax
 import numpy as np
 
 from fitting.measurements.abstract import RATE_UNIT, AbstractProblem
-from fitting.parameters.free import AnyParameters
+from fitting.parameters.free import FreeParameters
 from fitting.solvers.chunk import EVALUATIONS, solve_chunk
 from fitting.solvers.least_squares import Point, Settings
 from jaxsat.errors import InputError
@@ -68,7 +68,7 @@ class Starts:
 
 def solve(
     problem: AbstractProblem,
-    parameters: AnyParameters,
+    parameters: FreeParameters,
     stage: Stage,
     x: np.ndarray,
     reference: np.ndarray,
@@ -79,7 +79,7 @@ def solve(
 
 
 def advance(
-    problem: AbstractProblem, parameters: AnyParameters, stage: Stage, starts: Starts, weight: np.ndarray
+    problem: AbstractProblem, parameters: FreeParameters, stage: Stage, starts: Starts, weight: np.ndarray
 ) -> Starts:
     """Where any number of starts end, and at what cost."""
     points = _solve(
@@ -119,7 +119,7 @@ def _solve(problem, parameters, stage, x, reference, weight, select: Callable[[P
     return jax.tree.map(lambda *leaves: np.concatenate(leaves)[:count], *points)
 
 
-def compile_solvers(problem: AbstractProblem, parameters: AnyParameters, solver: str) -> list[Future | None]:
+def compile_solvers(problem: AbstractProblem, parameters: FreeParameters, solver: str) -> list[Future | None]:
     """Starts the compilation of what growing arcs and refinement by `solver` need in the background.
 
     See `Stored.compile`.
@@ -180,7 +180,7 @@ def distinct(points: Starts, *, attitude: float, rate: float) -> np.ndarray:
 
 def grow(
     problem: AbstractProblem,
-    parameters: AnyParameters,
+    parameters: FreeParameters,
     schedule: list[Stage],
     starts: Starts,
     weight: np.ndarray,

@@ -16,7 +16,7 @@ from fitting.orbit.orbit_fit import OrbitFit
 from fitting.outcome.sensed_result import SensedResult
 from fitting.report.orbit_document import FRAME, orbit_document
 from fitting.report.scene import Sky, scene_document, sky_over
-from jaxsat.environment import KeplerOrbit, elements_from_state, sun_directions
+from jaxsat.environment import KeplerOrbit, elements_from_state
 from jaxsat.time import Epoch
 
 
@@ -35,7 +35,7 @@ class Surroundings:
         t = np.asarray(t_s, float)
         position, velocity = (np.asarray(array) for array in states(around.orbit, jnp.asarray(t)))
         revolution = osculating(position[0], velocity[0], float(t[0]))
-        sun = partial(sun_directions, epoch, fixed=around.fixed_sun)
+        sun = partial(around.sun_eci, epoch)
         sky = sky_over(around, revolution, (float(t[0]), float(t[-1])), sun)
         return Surroundings(position, velocity, sky)
 

@@ -27,6 +27,12 @@ if TYPE_CHECKING:
     from fitting.outcome.sensed_result import SensedResult
     from jaxsat.telemetry import RejectedRow
 
+STATUS_STYLES = {
+    "converged": "bold green",
+    "not_converged": "bold red",
+    "ambiguous": "bold yellow",
+    "failed": "bold red",
+}
 STYLES = {"good": "bold green", "doubtful": "bold yellow", "bad": "bold red"}
 SHOWN_ALTERNATIVES, SHOWN_FIXED, SHOWN_PAIRS = 5, 8, 6
 
@@ -89,3 +95,11 @@ def _alternatives(result: "SensedResult") -> Iterable[RenderableType]:
 def _left_out(rejections: Iterable["RejectedRow"]) -> list[tuple[str, str]]:
     text = left_out_text(rejections)
     return [("left out before the fit", text)] if text else []
+
+
+def files_summary(rows: Iterable[tuple[str, str, str]]) -> RenderableType:
+    """Returns one line a file for a run over several: (file, status, message)."""
+    table = plain_table("file", "status", "message")
+    for file, status, message in rows:
+        table.add_row(file, Text(status.replace("_", " "), style=STATUS_STYLES.get(status, "")), message)
+    return table

@@ -12,7 +12,7 @@ from jaxsat.cli.shared.options import ConfigFile, Drop
 
 if TYPE_CHECKING:
     from fitting.session import PreparedSession
-    from fitting.settings import FitSettings
+    from jaxsat.cli.settings.fit import FitSection
     from jaxsat.satellites import SatelliteNumbers
 
 SCHEMA = "jaxsat.prepare/1"
@@ -65,7 +65,7 @@ def prepare(
 
 
 def preparation_document(
-    prepared: "PreparedSession", satellite: "SatelliteNumbers", settings: "FitSettings"
+    prepared: "PreparedSession", satellite: "SatelliteNumbers", settings: "FitSection"
 ) -> dict[str, Any]:
     """Returns the content of prepare.json; SI units and radians but where a name says otherwise."""
     from fitting.report.orbit_document import orbit_document

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from fitting.sensed_settings import SensedSettings
-from fitting.settings import AdaptiveRules
+from fitting.solvers.rules import AdaptiveRules
 from jaxsat.satellites.described import PriorSigma, Readings
 from jaxsat.setting_types import Interval, NonNegative, Positive
 
@@ -71,4 +71,6 @@ class FitSection(Readings):
             max_rate_deg_s=self.max_rate_deg_s,
             step_s=self.step_s,
             likelihood=self.likelihood,
+            solver=self.solver,
+            adaptive=self.adaptive,
         )
