@@ -1,5 +1,6 @@
 """A fit of four kinds of sensors that no solver has made: numbers with the shapes of real ones."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from fitting.measurements.sky import Around
 from fitting.outcome.result import FittedParameter
 from fitting.outcome.sensed_result import PREDICTS, Break, ChannelFit, Holdout, SensedResult
+from fitting.profile.profile import Profile
 from fitting.report.sensed.files import owned_files, write_sensed
 from jaxsat.constants import EARTH_RADIUS_MEAN, EARTH_ROTATION_RATE
 from jaxsat.environment import igrf_field, orbit_from_elements_km_deg
@@ -38,7 +40,9 @@ def make_around() -> Around:
     return Around(orbit, igrf_field(EPOCH.decimal_year()), angle, rate, radius)
 
 
-def write_made_up(directory: Path, result: SensedResult | None = None, *, plots: bool) -> list[str]:
+def write_made_up(
+    directory: Path, result: SensedResult | None = None, *, plots: bool, profiles: Sequence[Profile] = ()
+) -> list[str]:
     """Writes the files of such a fit as the command does; returns warnings."""
     result = result or make_sensed_result()
     with staged_directory(directory, owned_files(directory, result.channels)) as stage:
@@ -54,6 +58,7 @@ def write_made_up(directory: Path, result: SensedResult | None = None, *, plots:
             around=make_around(),
             name="TESTSAT",
             size_m=(0.1, 0.1, 0.34),
+            profiles=profiles,
         )
 
 
