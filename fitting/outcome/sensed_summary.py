@@ -6,14 +6,16 @@ from scipy.spatial.transform import Rotation
 
 from fitting.identify import Identified, Minimum
 from fitting.measurements.abstract import RATE_UNIT
+from fitting.measurements.contradicted import contradicted
 from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.groups import columns_of
 from fitting.outcome.alternatives import DIFFERENT_ATTITUDE_DEG, other_minimum
 from fitting.outcome.breaks import find_breaks, stamp_delay
 from fitting.outcome.looking import Look, look_at
+from fitting.outcome.possible import no_body, without_light
 from fitting.outcome.result import FittedParameter
 from fitting.outcome.sensed_result import WILD, ChannelFit, Holdout, SensedResult, misfit_share
-from fitting.outcome.sensed_verdict import FAR_OFF, HELD_BY_PRIOR, Evidence, judge
+from fitting.outcome.sensed_verdict import FAR_OFF, HELD_BY_PRIOR, WITHOUT_LIGHT, Evidence, judge
 from fitting.outcome.series import PanelResiduals, panel_residuals, slots
 from fitting.outcome.uncertainty import correlations, field_angle_sigma, promised_saving
 from fitting.outcome.worth import worth
@@ -62,6 +64,7 @@ def summarize_sensed(found: Identified) -> SensedResult:
         else 0.0,
         notes=notes,
         held_out=not fitted.all(),
+        no_body=no_body(parameters, seen),
     )
     status, verdict, message, remarks = judge(evidence)
     light = best.problem.sky.light
@@ -114,10 +117,10 @@ def _parameters(
     full[touched, touched] = np.inf
     sigma = np.sqrt(np.diagonal(full))
     names = [*STATE, *(leaf.name for leaf in parameters.leaves)]
-    notes = {}
+    dark, notes = without_light(parameters, seen), {}
     for name, flag, held in zip(unknowns, seen.pressed, share, strict=True):
         if name and flag:
-            notes[name] = "at its bound"
+            notes[name] = WITHOUT_LIGHT if name in dark else "at its bound"
         elif name and held > HELD and name not in parameters.gauged_leaves:
             notes[name] = HELD_BY_PRIOR
     free = {name for name in unknowns if name} if parameters.free_motion else {name for name in unknowns[6:] if name}
@@ -142,6 +145,7 @@ def _channels(found, best, seen, point, counted) -> dict[str, ChannelFit]:
     limited, weight = best.refined.limited[0], np.asarray(point.weight)
     result = {}
     slices = columns_of(best.problem.groups)
+    bright, denied = best.problem.telling(), contradicted(best.problem)
     for number, (group, columns) in enumerate(zip(best.problem.groups, slices, strict=True)):
         channel, rows = samples.channels[group.name], samples.values[group.name]
         own = np.flatnonzero(np.isfinite(rows).any(axis=1))
@@ -197,6 +201,8 @@ def _channels(found, best, seen, point, counted) -> dict[str, ChannelFit]:
             breaks=breaks,
             residuals=_memory(samples.t[own], residual, mask),
             misfits=misfits,
+            bright=int(bright[own, number][fitted].sum()) if sensor.sees == "sun" else 0,
+            contradicted=int(denied[own, number][fitted].sum()),
             witness=channel.witness,
         )
     return result
