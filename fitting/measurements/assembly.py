@@ -8,6 +8,7 @@ import jax
 import numpy as np
 
 from fitting.measurements.abstract import PAD_SAMPLES, PAD_STEPS
+from fitting.measurements.contradicted import BRIGHT, contradicted
 from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.given import motion_at
 from fitting.measurements.groups import Group, Groups, over_columns
@@ -187,13 +188,13 @@ def _bright(samples: Samples, model: Model, groups: Groups) -> np.ndarray:
         rows = samples.values[group.name]
         seen = np.isfinite(rows).any(axis=1)
         if model.sensors[group.name].sees == "sun":
-            seen &= np.nan_to_num(np.abs(rows)).max(axis=1) > 3.0 * samples.channels[group.name].sigma
+            seen &= np.nan_to_num(np.abs(rows)).max(axis=1) > BRIGHT * samples.channels[group.name].sigma
         found.append(seen)
     return np.stack(found, axis=1)
 
 
 def usable(problem: SensedProblem, samples: Samples) -> np.ndarray:
-    """[samples channels] 1 where a measurement counts: 0 of sensors of light where Sun and shadow contradict them.
+    """[samples channels] 1 where a measurement counts: 0 of sensors of light where the shadow contradicts them.
 
     In the penumbra a second decides what they read, and that says nothing about the attitude.
     """
@@ -206,8 +207,8 @@ def usable(problem: SensedProblem, samples: Samples) -> np.ndarray:
         return weight
     share = np.asarray(problem.sky.light.illumination)
     lit = np.array([problem.model.sensors[group.name].sees == "sun" for group in problem.groups])
-    doubtful = ((share > 0.0) & (share < 1.0))[:, None] | ((share == 0.0)[:, None] & np.asarray(problem.bright))
-    return np.where(over_columns(doubtful & lit, problem.groups), 0.0, weight)
+    doubtful = (((share > 0.0) & (share < 1.0))[:, None] & lit) | contradicted(problem)
+    return np.where(over_columns(doubtful, problem.groups), 0.0, weight)
 
 
 def _wild(samples: Samples) -> np.ndarray:

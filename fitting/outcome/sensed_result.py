@@ -89,6 +89,10 @@ class ChannelFit:
     """Size, mean and memory of the residuals of each of its columns, of what was fitted."""
     misfits: float = 0.0
     """Of panels: see `misfit_share`."""
+    bright: int = 0
+    """Samples that were fitted of a sensor of light which sees some."""
+    contradicted: int = 0
+    """Those left out because the computed shadow contradicts them."""
     witness: bool = False
     """Not fitted, but asked whether it agrees: all its readings count as held out."""
     direct: np.ndarray | None = None

@@ -5,14 +5,16 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fitting.identify import Identified, Minimum
+from fitting.measurements.contradicted import contradicted
 from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.groups import columns_of, of_groups
 from fitting.outcome.alternatives import DIFFERENT_ATTITUDE_DEG, other_minimum
 from fitting.outcome.breaks import find_breaks, stamp_delay
 from fitting.outcome.looking import Look, direct_readings, look_at
+from fitting.outcome.possible import no_body, without_light
 from fitting.outcome.result import FittedParameter
 from fitting.outcome.sensed_result import WILD, ChannelFit, Holdout, SensedResult, misfit_share
-from fitting.outcome.sensed_verdict import FAR_OFF, HELD_BY_PRIOR, Evidence, judge
+from fitting.outcome.sensed_verdict import FAR_OFF, HELD_BY_PRIOR, WITHOUT_LIGHT, Evidence, judge
 from fitting.outcome.series import PanelResiduals, panel_residuals, slots
 from fitting.outcome.uncertainty import correlations, field_angle_sigma, promised_saving
 from fitting.outcome.worth import worth
@@ -65,6 +67,7 @@ def summarize_sensed(found: Identified) -> SensedResult:
         else 0.0,
         notes=notes,
         held_out=not fitted.all(),
+        no_body=no_body(parameters, seen),
     )
     status, verdict, message, remarks = judge(evidence)
     light = best.problem.sky.light
@@ -125,10 +128,10 @@ def _parameters(
     full[touched, touched] = np.inf
     sigma = np.sqrt(np.diagonal(full))
     names = list(quoted_names(parameters))
-    notes = {}
+    dark, notes = without_light(parameters, seen), {}
     for name, flag, held in zip(unknowns, seen.pressed, share, strict=True):
         if name and flag:
-            notes[name] = "at its bound"
+            notes[name] = WITHOUT_LIGHT if name in dark else "at its bound"
         elif name and held > HELD and name not in parameters.gauged_leaves:
             notes[name] = HELD_BY_PRIOR
     free = {name for name in unknowns if name} if parameters.free_motion else {name for name in unknowns[6:] if name}
@@ -155,6 +158,7 @@ def _channels(found, best, seen, point, counted, informative) -> dict[str, Chann
     panels = [name for name, sensor in seen.model.sensors.items() if isinstance(sensor, Panels)]
     direct = direct_readings(best.problem, seen, panels) if panels else {}
     slices = columns_of(best.problem.groups)
+    bright, denied = best.problem.telling(), contradicted(best.problem)
     for number, (group, columns) in enumerate(zip(best.problem.groups, slices, strict=True)):
         channel, rows = samples.channels[group.name], samples.values[group.name]
         own = np.flatnonzero(np.isfinite(rows).any(axis=1))
@@ -210,6 +214,8 @@ def _channels(found, best, seen, point, counted, informative) -> dict[str, Chann
             breaks=breaks,
             residuals=_memory(samples.t[own], residual, mask),
             misfits=misfits,
+            bright=int(bright[own, number][fitted].sum()) if sensor.sees == "sun" else 0,
+            contradicted=int(denied[own, number][fitted].sum()),
             witness=channel.witness,
             direct=direct[group.name][own] * channel.to_unit if group.name in direct else None,
             weight=np.where(fitted[:, None], (informative * weight[: len(informative)])[own][:, columns], 0.0),

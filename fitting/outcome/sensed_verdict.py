@@ -33,7 +33,10 @@ MOST_MISFITS = 0.05
 """Share of the bright samples of panels that may be left out without being dimmer than modelled."""
 TOO_FAR = 2.0
 """Held-out error over the promised one beyond which a fit does not predict."""
+MOST_CONTRADICTED = 0.2
+"""Share of the bright samples of a sensor of light that the computed shadow may contradict."""
 HELD_BY_PRIOR, FAR_OFF = "held by its prior", "far off its prior"
+WITHOUT_LIGHT = "at zero: a panel without light"
 """Notes on a parameter."""
 ALIKE = 1e-4
 """Probability of white noise below which neighbouring residuals are said to agree."""
@@ -57,6 +60,8 @@ class Evidence:
     attitude_sigma_deg: float
     notes: Mapping[str, str]
     held_out: bool
+    no_body: bool = False
+    """Whether the inertia tensor is that of no body."""
 
 
 @dataclass(frozen=True)
@@ -145,6 +150,12 @@ def judge(evidence: Evidence) -> tuple[str, str, str, tuple[str, ...]]:
 def _wrong(evidence: Evidence) -> str | None:
     """Why the model is not that of the data; None where it may be."""
     for name, channel in evidence.channels.items():
+        if channel.contradicted > MOST_CONTRADICTED * channel.bright:
+            return (
+                f"the computed shadow contradicts {channel.contradicted} of {channel.bright} bright samples of {name}: "
+                "check epoch, orbit and Sun"
+            )
+    for name, channel in evidence.channels.items():
         chi2 = channel.chi2_per_reading
         if chi2 is not None and chi2 > MAX_CHI2_PER_READING:
             return (
@@ -173,8 +184,11 @@ def _witnesses(evidence: Evidence) -> list[Witness]:
 def _remarks(evidence: Evidence):
     yield from (witness.text for witness in _witnesses(evidence) if not witness.denies)
     for name, channel in evidence.channels.items():
-        count = int((~channel.used & channel.fitted).sum())
-        if count:
+        count = int((~channel.used & channel.fitted).sum()) - channel.contradicted
+        if channel.contradicted:
+            all_of = f"{channel.contradicted} of {int(channel.fitted.sum())} samples of {name}"
+            yield f"{all_of} left out where light and computed shadow disagree"
+        if count > 0:
             yield f"{count} of {int(channel.fitted.sum())} samples of {name} left out as outliers or in doubtful light"
         chi2 = channel.chi2_per_reading
         if chi2 is not None and REMARKABLE_CHI2_PER_READING < chi2 <= MAX_CHI2_PER_READING:
@@ -203,6 +217,8 @@ def _remarks(evidence: Evidence):
             f"further from the file's values than its sigmas allow: {', '.join(far)}; look at what scales with them "
             "(a coil's area, a unit) or passes for them (a late stamp for a turn, a stray field for a bias)"
         )
+    if evidence.no_body:
+        yield "the inertia tensor is not that of a body (triangle inequality)"
     yield from (f"{name} is {note}" for name, note in evidence.notes.items() if note not in (HELD_BY_PRIOR, FAR_OFF))
 
 

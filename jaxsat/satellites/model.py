@@ -91,6 +91,12 @@ def array_at(model: Model, place: str) -> Any:
     return found
 
 
+def sensor_of(leaf: Leaf, model: Model) -> AbstractSensor | None:
+    """The sensor whose number a leaf is; None for those of the satellite, the Earth and the stamps."""
+    kind, _, place = leaf.place.partition(".")
+    return model.sensors[place.split(".")[0]] if kind == "sensors" else None
+
+
 def nominal_values(model: Model, spots: Sequence[Spot]) -> Float[np.ndarray, " spots"]:
     """Values at the spots, SI, on the host."""
     arrays = {

@@ -1,0 +1,40 @@
+"""Readings of light that the computed shadow contradicts: a wrong epoch or orbit, or a second beside its edge."""
+
+import numpy as np
+
+from fitting.measurements.groups import columns_of
+from fitting.measurements.sensed import SensedProblem
+from jaxsat.sensors import Panels
+from jaxsat.sensors.sunlight.sun_of_cells import fibonacci_sphere
+
+BRIGHT = 3.0
+"""Sigmas by which light stands out of the noise."""
+PLACES = 2000
+"""Directions of the Sun, four degrees apart, that are tried for one in which panels see next to nothing."""
+
+
+def contradicted(problem: SensedProblem) -> np.ndarray:
+    """[samples groups] whether readings and the computed shadow exclude each other.
+
+    A sensor of light that sees some in the dark; panels that see none in sunlight, where they look to all sides.
+    """
+    light = problem.sky.light
+    if light is None:
+        return np.zeros((len(problem.valid), len(problem.groups)), bool)
+    share, found = np.asarray(light.illumination), []
+    for number, (group, columns) in enumerate(zip(problem.groups, columns_of(problem.groups), strict=True)):
+        sensor, known = problem.model.sensors[group.name], np.asarray(problem.known)[:, columns]
+        bright = np.asarray(problem.bright)[:, number]
+        own = (share == 0.0) & bright & (sensor.sees == "sun")
+        told = np.any(known, axis=0, keepdims=False).reshape(-1)
+        if isinstance(sensor, Panels) and told.any():
+            least = _least_light(sensor, told) > 2.0 * BRIGHT * float(np.asarray(problem.sigma)[columns][0])
+            own |= least & (share == 1.0) & known[:, told].all(axis=1) & ~bright
+        found.append(own & np.asarray(problem.valid))
+    return np.stack(found, axis=1)
+
+
+def _least_light(panels: Panels, told: np.ndarray) -> float:
+    """The largest current of the panels that are `told`, with the Sun where that is least [A]."""
+    full = np.asarray(panels.max_current) * np.asarray(panels.gain)
+    return float(((fibonacci_sphere(PLACES) @ np.asarray(panels.normals).T) * full)[:, told].max(axis=1).min())
