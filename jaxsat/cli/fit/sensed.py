@@ -1,6 +1,7 @@
 """`jaxsat fit --satellite`: the tables of one session, fitted, written whole or not at all, summed up."""
 
 import dataclasses
+import gc
 import importlib
 import sys
 import threading
@@ -42,6 +43,8 @@ def fit_sensed(
             progress("writing results", 0, 0)
             timing = {"import": imported, **found.result.timing_s, "total": time.perf_counter() - began}
             found = dataclasses.replace(found, result=dataclasses.replace(found.result, timing_s=timing))
+            # What is there stays to the end: no search for garbage among JAX's many objects while pictures are drawn.
+            gc.freeze()
             warnings = found.write_into(stage, plots=plots)
     show(sensed_summary(found.result, session.name, session.rejections), f"\nresults in {out}")
     for warning in warnings:
