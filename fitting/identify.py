@@ -1,5 +1,6 @@
 """Attitude and parameters of any satellite from whatever its sensors say: guesses, growing arcs, refinement."""
 
+import threading
 import time
 from dataclasses import dataclass
 
@@ -9,6 +10,7 @@ from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.assembly import Samples, build_sensed, usable
 from fitting.measurements.sensed import SensedProblem
 from fitting.measurements.sky import Around
+from fitting.outcome.looking import prepare_look
 from fitting.parameters.free import FreeParameters
 from fitting.sensed_settings import SensedSettings
 from fitting.solvers.adaptive import panels_of, refine_adaptively
@@ -97,13 +99,15 @@ def identify(
     mask = np.isin(np.arange(len(samples.t)), telling)
     begin = longest_stretch(samples.t, mask) if samples.given is None else 0
     part = samples.since(begin)
-    coarse = build_sensed(part, model, around, max_step=step, room_for=finest, **build)
+    coarse = build_sensed(part, model, around, max_step=step, room_for=finest, sky=first.sky, **build)
     tabulated = time.perf_counter()
     progress("compiling", 0, 1)
     for compilation in compile_solvers(coarse, parameters, settings.solver):
         if compilation is not None:
             compilation.result()
     compiled = time.perf_counter()
+    # Tracing waits for the search to leave Python's lock, which it does most of the time.
+    threading.Thread(target=prepare_look, args=(coarse, parameters), daemon=True).start()
 
     use = usable(coarse, part)
     use[fitted - begin :] = 0.0
@@ -116,7 +120,8 @@ def identify(
         for run in runs:
             run.starts = with_turns(run.starts, run.problem, part, parameters, fitted - begin)
     fine_step = _fine_step(runs, settings.step_s, whole_span)
-    fine = build_sensed(samples, model, around, max_step=max(min(step, fine_step), finest), room_for=finest, **build)
+    longest = max(min(step, fine_step), finest)
+    fine = build_sensed(samples, model, around, max_step=longest, room_for=finest, sky=first.sky, **build)
     weight = usable(fine, samples)
     weight[fitted:] = 0.0
     minima = []

@@ -13,7 +13,7 @@ from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.given import motion_at
 from fitting.measurements.groups import Group, Groups, over_columns
 from fitting.measurements.sensed import SensedProblem
-from fitting.measurements.sky import Around, nodes_at, sky_at
+from fitting.measurements.sky import Around, Sky, nodes_at, sky_at
 from jaxsat.environment import Commands
 from jaxsat.errors import InputError
 from jaxsat.integrators import StepGrid
@@ -100,10 +100,12 @@ def build_sensed(
     max_step: float,
     room_for: float,
     whole: Samples | None = None,
+    sky: Sky | None = None,
 ) -> SensedProblem:
     """Tables and padded measurements for steps of at most `max_step` [s].
 
-    Where the samples are a part of a `whole` session, they get its shape for steps of `room_for` [s].
+    Where the samples are a part of a `whole` session, they get its shape for steps of `room_for` [s]. `sky` is that of
+    the whole session where it was computed before.
     """
     t, t_whole = samples.t, (whole or samples).t
     free = samples.given is None
@@ -111,14 +113,18 @@ def build_sensed(
     commands = commands_of(model, samples)
     stops = None if commands is None or not free else commands.jumps()
     steps = len(StepGrid.through(t_whole, start=t_whole[0], max_step=min(room_for, max_step), stops=stops).step)
-    pad_samples, pad_steps = _room(len(t_whole), PAD_SAMPLES), _room(steps, PAD_STEPS)
+    pad_samples, pad_steps = room(len(t_whole), PAD_SAMPLES), room(steps, PAD_STEPS)
     grid = StepGrid.through(t, start=t[0], max_step=max_step, stops=stops, pad_samples=pad_samples, pad_steps=pad_steps)
     extra = len(grid.sample_index) - len(t)
     padded_t = np.pad(t, (0, extra), mode="edge")
-    lit = any("light" in sensor.needs for sensor in model.sensors.values())
-    columns = {name: np.interp(padded_t, *pair) for name, pair in samples.columns.items()}
-    sun = around.sun_eci(samples.epoch, padded_t) if lit else None
-    sky = sky_at(around, padded_t, sun, columns)
+    if sky is None:
+        lit = any("light" in sensor.needs for sensor in model.sensors.values())
+        columns = {name: np.interp(padded_t, *pair) for name, pair in samples.columns.items()}
+        sky = sky_at(around, padded_t, around.sun_eci(samples.epoch, padded_t) if lit else None, columns)
+    else:
+        # The same samples, or the last of them and then the very last again.
+        index = np.minimum(np.searchsorted(t_whole, t[0]) + np.arange(len(padded_t)), len(t_whole) - 1)
+        sky = jax.tree.map(lambda leaf: leaf if index[0] == 0 else np.asarray(leaf)[index], sky)
     nodes = np.asarray(grid.node_times)
     node_sun = around.sun_eci(samples.epoch, nodes) if around.pushed else None
     orbit = nodes_at(around, nodes, node_sun)
@@ -145,7 +151,7 @@ def build_sensed(
     )
 
 
-def _room(count: int, pad: int) -> int:
+def room(count: int, pad: int) -> int:
     """Size for which programs are compiled: of sizes a few to an octave, so that like sessions share them."""
     step = max(pad, 1 << max(count.bit_length() - 3, 0))
     return -(-count // step) * step

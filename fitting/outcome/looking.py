@@ -1,8 +1,9 @@
 """A minimum looked at from all sides: readings, their derivatives, and what covariance makes of them."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -15,7 +16,7 @@ from fitting.parameters.names import STATE
 from fitting.solvers.least_squares import Point
 from fitting.stored import Stored
 from jaxsat.integrators import BLOCK
-from jaxsat.satellites.model import Model, with_values
+from jaxsat.satellites.model import Model, Spot, array_at
 
 
 def _look(
@@ -95,9 +96,29 @@ class Look:
         )
 
 
+def prepare_look(problem: SensedProblem, parameters: FreeParameters) -> None:
+    """Starts the compilation of what looks at a minimum of such a problem in the background: see `Stored.compile`."""
+    x, reference, blocks = np.zeros(len(parameters.everything)), np.zeros(4), np.asarray(0)
+    look.compile(problem, parameters.tree, x, reference, blocks)
+    motion = np.zeros((len(problem.valid), 4)), np.zeros((len(problem.valid), 3))
+    read.compile(problem, _on_host(problem.model, parameters.tree.spots, np.asarray(parameters.tree.nominal)), *motion)
+
+
+def _on_host(model: Model, spots: Sequence[Spot], values: np.ndarray) -> Model:
+    """As `with_values`, without a program for each array."""
+    arrays: dict[str, np.ndarray] = {}
+    for (place, entries), value in zip(spots, values, strict=True):
+        array = arrays.setdefault(place, np.array(array_at(model, place), dtype=float))
+        array.reshape(-1)[list(entries)] = value
+    if not arrays:
+        return model
+    moved = [jnp.asarray(array) for array in arrays.values()]
+    return eqx.tree_at(lambda m: [array_at(m, place) for place in arrays], model, moved)
+
+
 def direct_readings(problem: SensedProblem, seen: Look, names: Iterable[str]) -> dict[str, np.ndarray]:
     """[samples readings] of some sensors under an Earth that returns no light, SI: by the program that is there."""
-    dark = replace(seen.model, albedo=jax.tree.map(jnp.zeros_like, seen.model.albedo))
+    dark = replace(seen.model, albedo=jax.tree.map(lambda leaf: jnp.asarray(np.zeros_like(leaf)), seen.model.albedo))
     found = read(problem, dark, seen.quaternion, seen.angular_velocity)
     return {name: np.asarray(found[name]) for name in names}
 
@@ -115,7 +136,7 @@ def look_at(problem: SensedProblem, parameters: FreeParameters, best: Point) -> 
     finite = np.isfinite(np.diagonal(cov))
     J = jacobian[..., finite]
     spread = np.einsum("scu,uv,scv->sc", J, cov[np.ix_(finite, finite)], J)
-    model = with_values(problem.model, parameters.tree.spots, jnp.asarray(values))
+    model = _on_host(problem.model, parameters.tree.spots, values)
     readings = {name: np.asarray(array) for name, array in read(problem, model, q, w).items()}
     return Look(
         residual=residual,

@@ -1,5 +1,7 @@
 """From the minima of any satellite to the result: values, sigmas, held-out readings, verdict in words."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import jax
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -38,6 +40,10 @@ def summarize_sensed(found: Identified) -> SensedResult:
     """The best minimum as a result."""
     best, parameters, samples = found.minima[0], found.parameters, found.samples
     point = jax.tree.map(lambda leaf: np.asarray(leaf)[0], best.refined.points)
+    # XLA works on it beside the rest, which is Python's.
+    pool = ThreadPoolExecutor(1, thread_name_prefix="worth")
+    buys = pool.submit(worth, found, best, point)
+    pool.shutdown(wait=False)
     seen = look_at(best.problem, parameters, point)
     n = len(samples.t)
     fitted = np.arange(n) < found.fitted
@@ -81,7 +87,7 @@ def summarize_sensed(found: Identified) -> SensedResult:
         chi2=chi2,
         dof=dof,
         parameters=table,
-        buys=worth(found, best, point),
+        buys=buys.result(),
         correlations=full,
         t_s=samples.t,
         quaternion_inertial_from_body=seen.quaternion[:n],

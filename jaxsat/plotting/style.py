@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.image import imsave
 
 from jaxsat import panel_names
 
@@ -95,6 +96,18 @@ def nice_ceiling(value: float) -> float:
 
 def png_bytes(figure: Figure) -> bytes:
     """Returns the figure as a PNG file's content; no date inside, so that equal pictures are equal bytes."""
+    return png_of(rendered(figure))
+
+
+def rendered(figure: Figure) -> np.ndarray:
+    """Returns the figure's pixels [rows columns 4]."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())
+
+
+def png_of(pixels: np.ndarray) -> bytes:
+    """Returns pixels as a PNG file's content."""
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", metadata={"Software": None}, pil_kwargs={"compress_level": 4})
+    imsave(buffer, pixels, format="png", dpi=DPI, metadata={"Software": None}, pil_kwargs={"compress_level": 4})
     return buffer.getvalue()

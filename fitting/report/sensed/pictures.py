@@ -1,6 +1,7 @@
 """The pictures of a fit of any satellite."""
 
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -8,8 +9,9 @@ import numpy as np
 from fitting.outcome.sensed_result import SensedResult
 from fitting.report.rows import parameter_rows
 from fitting.report.sensed.shown import file_stems, readings_of
-from jaxsat.plotting import draw_field_angle, draw_orbit, draw_parameters, png_bytes
+from jaxsat.plotting import draw_field_angle, draw_orbit, draw_parameters
 from jaxsat.plotting.channels import Timeline, draw_motion, draw_readings, draw_worth
+from jaxsat.plotting.style import png_of, rendered
 from jaxsat.significant import unit_text, value_text
 
 
@@ -49,7 +51,10 @@ def draw_sensed(result: SensedResult, label: str, scene: Mapping[str, Any] | Non
         figures["orbit.png"] = draw_orbit(scene, subtitle=subtitle)
     if result.buys:
         figures["worth.png"] = draw_worth(result.buys, subtitle=subtitle)
-    return {name: png_bytes(figure) for name, figure in figures.items()}
+    # What compresses them works beside the drawing of the next.
+    with ThreadPoolExecutor(2, thread_name_prefix="png") as pool:
+        encoded = {name: pool.submit(png_of, rendered(figure)) for name, figure in figures.items()}
+    return {name: png.result() for name, png in encoded.items()}
 
 
 def lit_of(result: SensedResult) -> np.ndarray:

@@ -30,7 +30,7 @@ def readings_of(channel: ChannelFit) -> Readings:
         measured=measured,
         modelled=modelled,
         differences=differences,
-        residual=channel.residual,
+        residual=_telling(channel),
         promised=channel.promised,
         used=channel.used,
         reduced=_reduced(channel),
@@ -39,6 +39,14 @@ def readings_of(channel: ChannelFit) -> Readings:
         colours=panel_colours(channel.columns) if panels else (),
         shared=panels,
     )
+
+
+def _telling(channel: ChannelFit) -> np.ndarray:
+    """Residuals, but for those that say nothing, as of a panel that sees nothing."""
+    if channel.weight is None:
+        return channel.residual
+    silent = (channel.fitted & channel.used)[:, None] & ~(channel.weight > 0.0)
+    return np.where(silent, np.nan, channel.residual)
 
 
 def panel_colours(columns: Iterable[str]) -> list[str]:

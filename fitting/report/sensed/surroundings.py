@@ -10,13 +10,17 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
+from fitting.measurements.abstract import PAD_SAMPLES
+from fitting.measurements.assembly import room
 from fitting.measurements.sky import Around
 from fitting.orbit.orbit_fit import OrbitFit
 from fitting.outcome.sensed_result import SensedResult
 from fitting.report.orbit_document import FRAME, orbit_document
 from fitting.report.scene import Sky, scene_document, sky_over
-from jaxsat.environment import KeplerOrbit, elements_from_state
+from fitting.stored import Stored
+from jaxsat.environment import AbstractOrbit, KeplerOrbit, elements_from_state
 from jaxsat.time import Epoch
 
 
@@ -33,10 +37,11 @@ class Surroundings:
     def of(t_s: np.ndarray, around: Around, epoch: Epoch) -> "Surroundings":
         """Those at times after the epoch [s]."""
         t = np.asarray(t_s, float)
-        position, velocity = (np.asarray(array) for array in states(around.orbit, jnp.asarray(t)))
-        revolution = osculating(position[0], velocity[0], float(t[0]))
-        sun = partial(around.sun_eci, epoch)
-        sky = sky_over(around, revolution, (float(t[0]), float(t[-1])), sun)
+        # Of few sizes, so that a session of another length finds its program.
+        padded = np.pad(t, (0, room(len(t), PAD_SAMPLES) - len(t)), mode="edge")
+        position, velocity, revolution = states(around.orbit, padded)
+        position, velocity = (np.asarray(array)[: len(t)] for array in (position, velocity))
+        sky = sky_over(around, revolution, (float(t[0]), float(t[-1])), partial(around.sun_eci, epoch))
         return Surroundings(position, velocity, sky)
 
     def scene(self, result: SensedResult) -> dict[str, Any] | None:
@@ -65,13 +70,22 @@ def look_around(t_s: np.ndarray, around: Around, epoch: Epoch, *, at_once: bool)
     return future.result
 
 
-@eqx.filter_jit
-def states(orbit, t):
-    """Position and velocity at times."""
-    return jax.vmap(orbit)(t)
+def _states(
+    orbit: AbstractOrbit, t: Float[Array | np.ndarray, " time"]
+) -> tuple[Float[Array, "time 3"], Float[Array, "time 3"], KeplerOrbit]:
+    """Position and velocity at times, and the ellipse through the first of them."""
+    position, velocity = jax.vmap(orbit)(jnp.asarray(t))
+    return position, velocity, osculating(position[0], velocity[0], jnp.asarray(t)[0])
 
 
-def osculating(position_m: np.ndarray, velocity_m_s: np.ndarray, t_s: float) -> KeplerOrbit:
+states = Stored(_states)
+
+
+def osculating(
+    position_m: Float[Array | np.ndarray, "3"],
+    velocity_m_s: Float[Array | np.ndarray, "3"],
+    t_s: Float[Array, ""] | float,
+) -> KeplerOrbit:
     """Returns the ellipse through a state at `t_s`: an orbit that is tabulated over its arc has no revolution."""
     ellipse = elements_from_state(jnp.asarray(position_m), jnp.asarray(velocity_m_s))
     back = ellipse.mean_anomaly - ellipse.mean_motion * t_s

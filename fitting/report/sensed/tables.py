@@ -71,8 +71,8 @@ def write_channel(path: Path, channel: ChannelFit, epoch: Epoch) -> Mapping[str,
     """Writes one row a sample of a channel; returns names and meanings of the columns."""
     r = readings_of(channel)
     columns = channel_columns(r, channel.unit, weighed=channel.weight is not None)
-    arrays = (r.measured, r.modelled, r.direct, r.residual, r.promised, channel.weight, channel.fitted, channel.used)
-    numbers = np.column_stack([array for array in arrays if array is not None])
+    own, flags = (r.measured, r.modelled, r.direct, channel.residual, r.promised), (channel.fitted, channel.used)
+    numbers = np.column_stack([array for array in (*own, channel.weight, *flags) if array is not None])
     write_numbers_csv(path, columns, r.t_s, epoch, numbers)
     return columns
 

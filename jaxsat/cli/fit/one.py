@@ -1,5 +1,6 @@
 """One session: read, fitted, written whole or not at all, summed up on the terminal."""
 
+import gc
 import importlib
 import sys
 import threading
@@ -76,6 +77,8 @@ def fit_one(
             found = fit_table(inputs.satellite, session, inputs.settings, **how, sky_ahead=True)
             progress("writing results", 0, 0)
             found = found.after(before, total=time.perf_counter() - clock.began)
+            # What is there stays to the end: no search for garbage among JAX's many objects while pictures are drawn.
+            gc.freeze()
             warnings = found.write_into(stage, plots=plots)
     result = found.result
     if not quiet:
