@@ -77,9 +77,10 @@ def fit_one(
             found = fit_table(inputs.satellite, session, inputs.settings, **how, sky_ahead=True)
             progress("writing results", 0, 0)
             found = found.after(before, total=time.perf_counter() - clock.began)
-            # What is there stays to the end: no search for garbage among JAX's many objects while pictures are drawn.
+            # No search for garbage among JAX's many objects while pictures are drawn.
             gc.freeze()
             warnings = found.write_into(stage, plots=plots)
+            gc.unfreeze()
     result = found.result
     if not quiet:
         show(sensed_summary(result, session.name, session.rejections), f"\nresults in {directory}")
