@@ -16,7 +16,7 @@ from fitting.parameters.names import STATE
 from fitting.solvers.least_squares import Point
 from fitting.stored import Stored
 from jaxsat.integrators import BLOCK
-from jaxsat.satellites.model import Model, Spot, array_at
+from jaxsat.satellites.model import POLAR_PLACE, Model, Spot, array_at
 
 
 def _look(
@@ -108,6 +108,8 @@ def _on_host(model: Model, spots: Sequence[Spot], values: np.ndarray) -> Model:
     """As `with_values`, without a program for each array."""
     arrays: dict[str, np.ndarray] = {}
     for (place, entries), value in zip(spots, values, strict=True):
+        if place == POLAR_PLACE:
+            continue
         array = arrays.setdefault(place, np.array(array_at(model, place), dtype=float))
         array.reshape(-1)[list(entries)] = value
     if not arrays:

@@ -16,7 +16,7 @@ from fitting.parameters.free import FreeLeaves, FreeParameters
 from fitting.parameters.names import STATE
 from fitting.starts.multi_start import Starts, carried
 from fitting.stored import Stored
-from jaxsat.environment import OrbitTable, sun_directions
+from jaxsat.environment import OrbitTable
 from jaxsat.integrators import StepGrid
 from jaxsat.math import quaternion
 from jaxsat.satellites.model import Model, with_values
@@ -64,7 +64,7 @@ def carried_back(
     stops = None if commands is None else commands.jumps()
     grid = StepGrid.through(samples.t[:1], start=samples.t[begin], max_step=max_step, stops=stops, pad_steps=PAD_STEPS)
     nodes = np.asarray(grid.node_times)
-    table = nodes_at(around, nodes, sun_directions(samples.epoch, nodes) if around.pushed else None)
+    table = nodes_at(around, nodes, around.sun_eci(samples.epoch, nodes) if around.pushed else None)
     if commands is not None:
         table = replace(table, commands=commands(nodes))
     return carried(starts, TOGETHER, functools.partial(carry, parameters.tree, model, table, grid))
