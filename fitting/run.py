@@ -124,7 +124,7 @@ def fit(
     (pydantic's) for a setting that cannot be, and ValueError where JAX works in single precision.
     """
     if isinstance(satellite, Satellite) and isinstance(session, TableSession):
-        return _fit_table(satellite, session, free, holdout, settings, progress, given or limb or profiles)
+        return _fit_table(satellite, session, free, holdout, settings, profiles, progress, given or limb)
     if isinstance(satellite, Satellite) or isinstance(session, TableSession) or isinstance(settings, SensedSettings):
         raise ValueError("fit: a table goes with a satellite file of sensors, a RAW_SUN session with Munin's numbers")
     if holdout is not None:
@@ -141,15 +141,15 @@ def fit(
     return found.after({"prepare": prepare_s}, total=time.perf_counter() - began)
 
 
-def _fit_table(satellite, session, free, holdout, settings, progress, further) -> SensedFit:
+def _fit_table(satellite, session, free, holdout, settings, profiles, progress, further) -> SensedFit:
     if further or isinstance(settings, FitSettings):
-        raise ValueError("fit: given, limb, profiles and FitSettings belong to sessions of Munin's kind")
+        raise ValueError("fit: given, limb and FitSettings belong to sessions of Munin's kind")
     settings = settings or SensedSettings()
     if free is not None:
         settings = settings.changed(free=tuple(free.split(",") if isinstance(free, str) else free))
     if holdout is not None:
         settings = settings.changed(holdout=holdout)
-    return fit_table(satellite, session, settings, progress=progress)
+    return fit_table(satellite, session, settings, profiles=profiles, progress=progress)
 
 
 def fit_prepared(
@@ -171,7 +171,7 @@ def fit_prepared(
     sky = look_around(prepared, samples, at_once=sky_ahead)
     nominal = nominal_model(satellite)
     try:
-        result = estimate(samples, nominal, settings, progress=progress)
+        result = estimate(samples, nominal, settings, progress=progress, at_minimum=lambda *_: None)
     except InputError as error:
         source = limb if error.field == LIMB_FIELD else path
         raise InputError(error.reason, file=source, row=error.row, field=error.field) from None
