@@ -4,6 +4,7 @@ For small cases, to see whether the sigmas of the information matrix say all: a 
 whole arc. BlackJAX is an extra: `pip install blackjax`.
 """
 
+import dataclasses
 import importlib
 from dataclasses import dataclass
 from typing import Any
@@ -183,11 +184,15 @@ def build_target(
     `tail` is that of the likelihood (`fitting.solvers.refine.LIKELIHOODS`, last round).
     """
     best = jax.tree.map(lambda leaf: np.asarray(leaf)[0], refined.points)
-    lower, upper = parameters.bounds()
-    moving = parameters.everything & (best.x > lower + 1e-9) & (best.x < upper - 1e-9)
-    cov = covariance(best.hessian, moving)
+    # Padding, which spares a fit its compilation, would be carried through every draw.
+    there = np.concatenate([np.full(len(STATE), True), parameters.columns >= 0])
+    names = [name for name, own in zip(parameters.names, there, strict=True) if own]
+    lower, upper = (bound[there] for bound in parameters.bounds())
+    x = best.x[there]
+    moving = parameters.everything[there] & (x > lower + 1e-9) & (x < upper - 1e-9)
+    cov = covariance(best.hessian[np.ix_(there, there)], moving)
     if not np.all(np.isfinite(np.diagonal(cov))):
-        blind = ", ".join(name for name, v in zip(parameters.names, np.diagonal(cov), strict=True) if not v < np.inf)
+        blind = ", ".join(name for name, v in zip(names, np.diagonal(cov), strict=True) if not v < np.inf)
         raise InputError(f"the data say nothing of {blind}: there is no posterior to draw from")
     factor = np.zeros((len(cov), int(moving.sum())))
     factor[moving] = np.linalg.cholesky(cov[np.ix_(moving, moving)])
@@ -202,7 +207,14 @@ def build_target(
         ceiling=np.asarray(NONE),
     )
     weight = np.asarray(best.weight)
-    return Target(problem, parameters.tree, settings, best.x, best.reference, weight, factor, (lower, upper))
+    return Target(problem, _without_padding(parameters), settings, x, best.reference, weight, factor, (lower, upper))
+
+
+def _without_padding(parameters: FreeParameters) -> FreeLeaves:
+    """The same map from as many unknowns as there are."""
+    tree, there = parameters.tree, parameters.columns >= 0
+    tangent = np.asarray(tree.tangent)[:, there]
+    return dataclasses.replace(tree, tangent=tangent, moving=int(there[: tree.moving].sum()))
 
 
 def _run(

@@ -57,6 +57,6 @@ def test_draws_scatter_by_the_sigmas_of_the_information_matrix(minimum, target):
     sigma[3:] *= RATE_UNIT
     np.testing.assert_allclose(list(posterior.sigma().values()), sigma, rtol=0.25)
     rate = posterior.samples[..., 3:].mean(axis=(0, 1))
-    best = np.degrees(minimum.refined.points.x[0, 3:]) * RATE_UNIT
+    best = np.degrees(minimum.refined.points.x[0, 3:6]) * RATE_UNIT
     # The mean of as many: 0.07 sigma, four times that.
     assert np.all(np.abs(rate - best) < 0.3 * sigma[3:])

@@ -1,6 +1,7 @@
 """Intervals of curves in closed form, and profiles of a session against an independent least squares of SciPy."""
 
 import json
+from typing import Any
 
 import jax
 import numpy as np
@@ -9,12 +10,12 @@ from scipy.optimize import least_squares
 
 from fitting.measurements.abstract import RATE_UNIT
 from fitting.outcome.looking import look
-from fitting.profile.profile import Z_68, Z_95, Profile, check_profile, interval, profile, profile_all
+from fitting.profile.profile import Z_68, Z_95, check_profile, interval, profile, profile_all
 from jaxsat.errors import InputError
 from jaxsat.integrators import BLOCK
 
 
-def profile_of(minimum, name: str) -> Profile:
+def profile_of(minimum, name: str) -> Any:
     return profile(minimum.problem, minimum.parameters, minimum.refined, name)
 
 
