@@ -1,6 +1,9 @@
-"""Minima that no search has found."""
+"""Minima that no search has found, and sessions of Munin with their truth as the problems that solvers take."""
+
+from collections.abc import Callable
 
 import pytest
+from munin_case import Case
 from true_minimum import TrueMinimum
 
 
@@ -8,3 +11,9 @@ from true_minimum import TrueMinimum
 def true_minimum() -> type[TrueMinimum]:
     """The minimum of the bundled session by what is free, refined from the truth."""
     return TrueMinimum
+
+
+@pytest.fixture(scope="session")
+def munin_case() -> Callable[..., Case]:
+    """`munin_case(name of a bundled session, free)`; what it gives is made anew each time."""
+    return Case

@@ -10,13 +10,14 @@ import numpy as np
 from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.assembly import Samples, build_sensed, channels_within, usable
 from fitting.parameters.free import free_parameters
-from fitting.sensed_run import chosen_leaves, surroundings
+from fitting.sensed_run import chosen_leaves
 from fitting.solvers.refine import refine
 from fitting.starts.multi_start import Starts
-from jaxsat.bundled import BUNDLED, MUNIN_SATELLITE
-from jaxsat.satellites import Satellite, read_satellite
+from fitting.surroundings import surroundings
+from jaxsat.bundled import BUNDLED
+from jaxsat.satellites import read_satellite
 from jaxsat.satellites.model import with_values
-from jaxsat.telemetry import TableSession, read_telemetry
+from jaxsat.telemetry import read_telemetry
 
 ROOM_S = 6.0
 
@@ -25,13 +26,13 @@ def true_values(leaves, cfg: dict[str, Any], *, modulus: float | None) -> np.nda
     """[leaves] SI, at the scale of a |magnet| if one is given; what the truth has no word for is nominal: 0 or 1."""
     scale = 1.0 if modulus is None else modulus / float(np.linalg.norm(cfg["magnet"]))
     values = {f"magnet.{axis}": scale * m for axis, m in zip("xyz", cfg["magnet"], strict=True)}
-    values |= {f"rods.{k}.moment": scale * m for k, m in enumerate(cfg["rods"])}
+    values |= {f"rods.{axis}": scale * m for axis, m in zip("yz", cfg["rods"], strict=True)}
     J = scale * np.array(cfg["inertia"])
     values |= {f"inertia.{a}{b}": J["xyz".index(a), "xyz".index(b)] for a, b in ("xx", "yy", "zz", "xy", "xz", "yz")}
-    values |= {"cells.imax": 1e-3 * cfg["imax"], "albedo.specular": cfg["albedo_specular"]}
+    values |= {"imax": 1e-3 * cfg["imax"], "albedo.specular": cfg["albedo_specular"]}
     values["albedo.diffuse"] = cfg["albedo_diffuse"]
     return np.array(
-        [values.get(leaf.name, 1.0 if ".gain." in leaf.name or ".scale." in leaf.name else 0.0) for leaf in leaves]
+        [values.get(leaf.name, 1.0 if leaf.name.startswith("gains.") or ".scale." in leaf.name else 0.0) for leaf in leaves]
     )
 
 
@@ -40,10 +41,8 @@ class TrueMinimum:
 
     def __init__(self, *free: str, samples: int | None = None, at_truth: bool = False):
         """`at_truth` makes the true numbers the nominal ones, so that what is not free is right."""
-        satellite = read_satellite(MUNIN_SATELLITE)
-        assert isinstance(satellite, Satellite)
+        satellite = read_satellite()
         session = read_telemetry(BUNDLED, satellite)
-        assert isinstance(session, TableSession)
         truth = json.loads(BUNDLED.with_suffix(".truth.json").read_text())
         model, leaves = satellite.model, satellite.leaves
         if at_truth:
@@ -58,7 +57,7 @@ class TrueMinimum:
         if samples is not None:
             cut = {name: rows[:samples] for name, rows in whole.values.items()}
             data = dataclasses.replace(whole, t=whole.t[:samples], values=cut)
-        around = surroundings(satellite, session)
+        around, _ = surroundings(satellite, session)
         self.problem = build_sensed(data, model, around, delayed=(), max_step=32.0, room_for=ROOM_S, whole=whole)
         names = chosen_leaves(leaves, free, satellite.aliases)
         self.parameters = free_parameters(model, leaves, names, held=satellite.held)

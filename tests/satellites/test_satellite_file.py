@@ -230,6 +230,56 @@ def test_aliases(file):
     assert found.aliases == {"als": ("magnet", "mag.bias.x")}
 
 
+RODS = '[[rods]]\naxis = "+x"\nmoment = 0.02\n[[rods]]\naxis = "+y"\nmoment = 0.03\n'
+NAMES = """
+[names]
+"mag.bias" = "offsets"
+"mag.bias.z" = "offset.last"
+"rods.0.moment" = "rods.x"
+magnet = "dipole"
+"""
+
+
+def test_names_of_the_users_own(file):
+    before, after = (read(file(BODY + RODS + MAG + names)) for names in ("", NAMES))
+    new = {a.name: b.name for a, b in zip(before.leaves, after.leaves, strict=True) if a.name != b.name}
+    assert new == {
+        "mag.bias.x": "offsets.x",
+        "mag.bias.y": "offsets.y",
+        "mag.bias.z": "offset.last",
+        "rods.0.moment": "rods.x",
+        **{f"magnet.{which}": f"dipole.{which}" for which in ("x", "y", "z", "modulus", "azimuth", "elevation")},
+    }
+    assert [a.spot for a in before.leaves] == [b.spot for b in after.leaves]
+    assert {each.part for each in before.leaves if "rods" in each.name} == {"rods.0", "rods.1"}
+    assert leaf(before, "mag.bias.x").part == "mag.bias" and leaf(before, "magnet.azimuth").part == "magnet"
+    assert leaf(after, "rods.x").part == "rods.x" and leaf(after, "rods.1.moment").part == "rods.1"
+    assert leaf(after, "dipole.x").part == leaf(after, "dipole.modulus").part == "dipole"
+
+
+def test_wrong_names_are_told_at_once(file):
+    wrong = '[names]\n"mag.biass" = "a"\n"mag.scale.x" = "one"\n"mag.scale.y" = "one"\n"rods.7" = "b"\n'
+    with pytest.raises(InputError) as caught:
+        read_satellite(file(BODY + MAG + wrong))
+    line = str(caught.value)
+    assert "names.mag.biass: " in line and "did you mean 'mag.bias'?" in line and "names.rods.7: " in line
+    assert "mag.scale.x and mag.scale.y would both be 'one'" in line
+
+
+def test_the_dipole_by_its_modulus_and_angles(file):
+    found = read(file(BODY + "[magnet]\ndipole_A_m2 = {value = [-0.3, 0.3, 0.1], sigma = [0.1, 0.2, 0.3]}\n" + MAG))
+    modulus = math.sqrt(0.19)
+    expected = {"modulus": modulus, "azimuth": 0.75 * math.pi, "elevation": math.asin(0.1 / modulus)}
+    for name, size in expected.items():
+        each = leaf(found, f"magnet.{name}")
+        assert value(found, f"magnet.{name}") == pytest.approx(size, rel=1e-14)
+        assert each.moves and each.restates and each.sigma is None
+        assert each.loose == pytest.approx(0.2 if name == "modulus" else 0.2 / modulus)
+    assert leaf(found, "magnet.azimuth").to_unit == pytest.approx(57.29577951)
+    none = read(file(BODY + MAG))
+    assert [value(none, f"magnet.{name}") for name in expected] == [0.0] * 3
+
+
 OWN = '''
 import equinox as eqx
 import jax.numpy as jnp
@@ -341,6 +391,10 @@ WRONG = [
     ("[time]", '[[rods]]\naxis = "+x"\nHc=3\nBr=0.5\nBs=0.4\nvolume=1e-8\n[time]', "rods[0]", "Br < Bs"),
     ("[time]", '[[rods]]\naxes = "+x"\nmoment = 1\n[time]', "rods[0].axes", "did you mean 'axis'"),
     ("[time]", '[motion]\nkind = "given"\n[time]', "motion", "needs columns"),
+    ("[time]", '[aliases]\nals = ["state"]\nALS = ["magnet"]\n[time]', "aliases.ALS", "but for the case"),
+    ("[time]", '[names]\n"mag.bias" = "a b"\n[time]', "names.mag.bias", "without spaces"),
+    ("[time]", '[names]\n"mag.bias" = "rate"\n[time]', "names.mag.bias", "names of the motion"),
+    ("[time]", '[names]\n"mag.bais" = "a"\n[time]', "names.mag.bais", "did you mean 'mag.bias'"),
     ("[time]", "[tmie]\n[time]", "tmie", "did you mean 'time'"),
 ]
 

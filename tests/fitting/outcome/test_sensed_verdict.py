@@ -75,6 +75,11 @@ def test_what_fits_and_does_not_predict_is_not_converged(mag, words):
     [
         (channel(chi2_per_reading=9.0), {}, "3.0 times the stated noise"),
         (channel(used=np.arange(N) >= 12), {}, "40 % of the readings of mag"),
+        (
+            channel(bright=20, contradicted=5),
+            {},
+            "the computed shadow contradicts 5 of 20 bright samples of mag: check",
+        ),
         (None, {"hopeless": True}, "does not explain"),
         (None, {"ratio": 5.0}, "does not explain"),
     ],
@@ -117,3 +122,11 @@ def test_what_is_odd_is_said():
         "sun.gain.+x is at its bound",
     ):
         assert words in remarks
+
+
+def test_what_a_shadow_leaves_out_is_told_apart_from_outliers():
+    mag = channel(used=np.arange(N) >= 5, bright=30, contradicted=3)
+    assert verdict(mag)[3] == (
+        "3 of 30 samples of mag left out where light and computed shadow disagree",
+        "2 of 30 samples of mag left out as outliers or in doubtful light",
+    )

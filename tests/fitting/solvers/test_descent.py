@@ -1,7 +1,6 @@
 """Gradient descent and L-BFGS end where Levenberg-Marquardt does, within bounds, and give up on what is not finite."""
 
 import dataclasses
-import json
 from typing import Any
 
 import equinox as eqx
@@ -10,18 +9,10 @@ import numpy as np
 import pytest
 
 from fitting.measurements.abstract import RATE_UNIT
-from fitting.measurements.observations import build_problem
-from fitting.parameters.nominal import nominal_model
-from fitting.parameters.parametrization import parametrization
-from fitting.session import prepare_session
-from fitting.settings import PriorSigma
 from fitting.solvers.descent import adam, lbfgs
 from fitting.solvers.least_squares import Settings, levenberg_marquardt
 from fitting.starts.multi_start import NONE
-from jaxsat.bundled import BUNDLED
 from jaxsat.integrators import BLOCK
-from jaxsat.satellites import read_satellite
-from jaxsat.telemetry import read_telemetry
 
 pytestmark = pytest.mark.slow
 
@@ -31,26 +22,25 @@ SOLVERS = {"lm": levenberg_marquardt, "lbfgs": lbfgs, "adam": adam}
 ENOUGH = {"lm": 20, "lbfgs": 80, "adam": 400}
 
 
+ALBEDO = "albedo.specular"
+
+
 class Arc:
     """The first samples of the bundled session, the state and the specular albedo free, started 3 deg off the truth."""
 
-    def __init__(self):
-        whole = prepare_session(read_telemetry(BUNDLED)).observations()
-        cut = {"t": whole.t[:SAMPLES], "currents": whole.currents[:SAMPLES], "sun_eci": whole.sun_eci[:SAMPLES]}
-        self.problem = build_problem(dataclasses.replace(whole, **cut), noise=2e-3, max_step=32.0)
-        self.parameters = parametrization(nominal_model(read_satellite()), ("albedo.specular",), PriorSigma())
-        true = json.loads(BUNDLED.with_suffix(".truth.json").read_text())
-        self.reference = np.array(true["q"][0])
-        self.x = np.array([0.03, -0.03, 0.02, *np.array(true["w"][0]) / RATE_UNIT + [0.02, -0.02, 0.01], 0.0])
-        self.weight = np.repeat(np.asarray(self.problem.valid).astype(float)[:, None], 6, axis=1)
+    def __init__(self, case):
+        self.problem, self.parameters, self.weight = case.problem, case.parameters, case.weight
+        self.reference, self.albedo = case.truth.q[0], case.parameters.names.index(ALBEDO)
+        self.x = np.zeros(len(self.parameters.everything))
+        self.x[:6] = [0.03, -0.03, 0.02, *case.truth.w[0] / RATE_UNIT + [0.02, -0.02, 0.01]]
         self._compiled: dict[str, Any] = {name: eqx.filter_jit(solver) for name, solver in SOLVERS.items()}
 
-    def settings(self, iterations, scale=PLAIN, active=(True,) * 7):
+    def settings(self, iterations, scale=PLAIN, active=None):
         return Settings(
             blocks=np.asarray(-(-int(self.problem.grid.sample_index[SAMPLES - 1]) // BLOCK)),
             iterations=np.asarray(iterations),
             robust_scale=np.asarray(scale),
-            active=np.asarray(active),
+            active=self.parameters.everything if active is None else active,
             tail=np.asarray(NONE),
             ceiling=np.asarray(NONE),
         )
@@ -59,7 +49,7 @@ class Arc:
         settings = self.settings(ENOUGH[name] if iterations is None else iterations, **changes)
         point = self._compiled[name](
             problem or self.problem,
-            self.parameters,
+            self.parameters.tree,
             settings,
             bounds or self.parameters.bounds(),
             self.x if x is None else x,
@@ -70,8 +60,8 @@ class Arc:
 
 
 @pytest.fixture(scope="module")
-def arc():
-    return Arc()
+def arc(munin_case):
+    return Arc(munin_case("b-specular50", [ALBEDO], samples=SAMPLES, only=[ALBEDO]))
 
 
 def angle(a, b):
@@ -96,19 +86,22 @@ def test_bounds_hold_and_stop_what_presses_on_them(arc, name):
     free = arc.solve("lm")
     lower, upper = arc.parameters.bounds()
     # Half-way to where each would go: one from above, one from below.
-    for k in (3, 6):
+    for k in (3, arc.albedo):
         middle = 0.5 * (arc.x[k] + free.x[k])
         (upper if free.x[k] > arc.x[k] else lower)[k] = middle
     point, expected = (arc.solve(each, bounds=(lower, upper)) for each in (name, "lm"))
     assert np.all(point.x >= lower) and np.all(point.x <= upper)
-    np.testing.assert_array_equal(point.x[[3, 6]], expected.x[[3, 6]])
+    np.testing.assert_array_equal(point.x[[3, arc.albedo]], expected.x[[3, arc.albedo]])
     assert point.cost == pytest.approx(expected.cost, abs=1e-2)
 
 
 @pytest.mark.parametrize("name", ["lbfgs", "adam"])
 def test_inactive_unknowns_do_not_move(arc, name):
-    point = arc.solve(name, iterations=10, active=[True] * 3 + [False, True, False, False])
-    np.testing.assert_array_equal(point.x[[3, 5, 6]], arc.x[[3, 5, 6]])
+    still = [3, 5, arc.albedo]
+    active = arc.parameters.everything.copy()
+    active[still] = False
+    point = arc.solve(name, iterations=10, active=active)
+    np.testing.assert_array_equal(point.x[still], arc.x[still])
     assert point.x[4] != arc.x[4] and np.any(point.reference != arc.reference)
 
 
@@ -123,8 +116,8 @@ def test_more_iterations_never_end_higher(arc, name):
 
 @pytest.mark.parametrize("name", ["lbfgs", "adam"])
 def test_a_start_without_a_finite_cost_is_given_back(arc, name):
-    measured = np.array(arc.problem.measured)
-    measured[3, 2] = np.nan
-    point = arc.solve(name, problem=eqx.tree_at(lambda p: p.measured, arc.problem, measured))
+    measured = {name: np.array(values) for name, values in arc.problem.measured.items()}
+    measured["cells"][3, 2] = np.nan
+    point = arc.solve(name, problem=dataclasses.replace(arc.problem, measured=measured))
     assert not np.isfinite(point.cost)
     np.testing.assert_array_equal(point.x[3:], arc.x[3:])

@@ -8,7 +8,7 @@ from scipy.stats import norm
 
 from fitting.measurements import floor as censored
 from fitting.measurements.floor import NO_FLOOR
-from fitting.measurements.problem import CURRENTS
+from fitting.measurements.groups import Group
 from fitting.solvers import least_squares
 from fitting.solvers.least_squares import Settings
 from fitting.starts.multi_start import NONE
@@ -73,7 +73,7 @@ def test_faint_light_is_not_made_brighter(light):
         for _ in range(30):
             r = jnp.asarray((brightness - reading) / sigma)
             J = jnp.full((count, 6, 1), 1.0 / sigma)
-            _, gradient, hessian = normal_equations(r, J, jnp.ones((count, 6)), settings, floor, (CURRENTS,))
+            _, gradient, hessian = normal_equations(r, J, jnp.ones((count, 6)), settings, floor, (Group("cells", 6),))
             brightness -= float(gradient[0] / hessian[0, 0])
         return brightness, float(hessian[0, 0]) ** -0.5
 

@@ -1,10 +1,7 @@
 """The robust loss in closed form, the bounded step against NumPy, and the solver on a real session."""
 
 import dataclasses
-import json
-from pathlib import Path
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -13,20 +10,11 @@ import pytest
 from fitting.measurements.abstract import RATE_UNIT, Prediction
 from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.groups import Group
-from fitting.measurements.observations import build_problem
-from fitting.measurements.problem import CURRENTS
-from fitting.parameters.nominal import nominal_model
-from fitting.parameters.parametrization import parametrization
-from fitting.session import prepare_session
-from fitting.settings import FitSettings
 from fitting.solvers import least_squares
 from fitting.solvers.least_squares import Point, Settings, normal_equations, robust_loss, sample_loss
 from fitting.starts.multi_start import NONE, Stage, solve
-from jaxsat.satellites import read_satellite
-from jaxsat.telemetry import read_telemetry
 
-SESSION = Path(__file__).parents[3] / "jaxsat" / "data" / "munin" / "a-nominal-exact.RAW_SUN"
-ROOM_S = 6.0  # As a whole fit has it, whose programs are then used.
+CURRENTS = Group("cells", 6)
 PLAIN = 1e4
 solve_bounded = jax.jit(least_squares.solve_bounded)
 
@@ -158,30 +146,26 @@ def test_step_ends_at_the_bound():
 class Session:
     """The exact session with the state free, and its true attitude and rate as a start."""
 
-    def __init__(self):
-        settings = FitSettings(free="state")
-        data = prepare_session(read_telemetry(SESSION)).observations()
-        self.problem = build_problem(data, noise=2e-3, max_step=16.0, room_for=ROOM_S)
-        self.parameters = parametrization(nominal_model(read_satellite()), (), settings.prior_sigma)
-        true = json.loads(SESSION.with_suffix(".truth.json").read_text())
-        self.q = np.array(true["q"])
-        self.x = np.concatenate([np.zeros(3), np.array(true["w"][0]) / RATE_UNIT])[None]
-        bright = data.currents.max(axis=1) > 6e-3
-        sunlit = np.asarray(self.problem.light.illumination)[: len(bright)] > 0.5
-        self.weight = np.asarray(self.problem.valid).astype(float)
-        self.weight[: len(bright)][bright != sunlit] = 0.0
-        self.weight = np.repeat(self.weight[:, None], 6, axis=1)
+    def __init__(self, case):
+        self.problem, self.parameters, self.weight = case.problem, case.parameters, case.weight
+        self.q = case.truth.q
+        self.unknowns = len(self.parameters.everything)
+        self.x = np.concatenate([np.zeros(3), case.truth.w[0] / RATE_UNIT, np.zeros(self.unknowns - 6)])[None]
+
+    def state(self, *numbers):
+        """Unknowns of which only those of the state are given."""
+        return np.array([*numbers, *[type(numbers[0])(0)] * (self.unknowns - 6)])
 
     def solve(self, x=None, q=None, problem=None, **changes):
-        stage = Stage(len(self.q) - 1, 1, 20, PLAIN, np.ones(6, bool))
+        stage = Stage(len(self.q) - 1, 1, 20, PLAIN, self.parameters.everything)
         x = self.x if x is None else x
         q = self.q[:1] if q is None else q
         return solve(problem or self.problem, self.parameters, dataclasses.replace(stage, **changes), x, q, self.weight)
 
 
 @pytest.fixture(scope="module")
-def session():
-    return Session()
+def session(munin_case):
+    return Session(munin_case("a-nominal-exact", ["state"]))
 
 
 def error_deg(session, points, k=0):
@@ -192,7 +176,7 @@ def error_deg(session, points, k=0):
 @pytest.mark.slow
 def test_solver_reaches_the_minimum_beside_the_truth(session):
     # 2 deg and 5e-5 rad/s off: several times the width of the linear range over 4480 s.
-    x = session.x + np.array([0.03, -0.02, 0.01, 3e-3, -2e-3, 1e-3])
+    x = session.x + session.state(0.03, -0.02, 0.01, 3e-3, -2e-3, 1e-3)
     points = session.solve(np.concatenate([session.x, x]), session.q[[0, 0]])
     for k in range(2):
         # Gradient in sigmas: what is left to gain is below 1e-6 of a unit of chi2.
@@ -206,8 +190,8 @@ def test_solver_reaches_the_minimum_beside_the_truth(session):
 
 @pytest.mark.slow
 def test_inactive_unknowns_do_not_move(session):
-    x = session.x + 1e-3
-    points = session.solve(x, active=np.array([True] * 3 + [False, True, False]))
+    x = session.x + session.state(*[1e-3] * 6)
+    points = session.solve(x, active=session.state(True, True, True, False, True, False))
     np.testing.assert_array_equal(points.x[0, [3, 5]], x[0, [3, 5]])
     assert points.x[0, 4] != x[0, 4] and np.any(points.reference[0] != session.q[0])
 
@@ -223,9 +207,9 @@ def test_no_iteration_leaves_the_start_where_it_is(session):
 
 @pytest.mark.slow
 def test_samples_after_the_arc_are_not_looked_at(session):
-    measured = np.array(session.problem.measured)
-    measured[20:] = 0.123
-    other = eqx.tree_at(lambda p: p.measured, session.problem, measured)
+    measured = {name: np.array(values) for name, values in session.problem.measured.items()}
+    measured["cells"][20:] = 0.123
+    other = dataclasses.replace(session.problem, measured=measured)
     points, changed = session.solve(last_sample=19), session.solve(last_sample=19, problem=other)
     for name in ("x", "reference", "cost", "hessian"):
         np.testing.assert_array_equal(getattr(points, name), getattr(changed, name))
@@ -235,10 +219,10 @@ def test_samples_after_the_arc_are_not_looked_at(session):
 @pytest.mark.slow
 def test_number_of_starts_does_not_change_a_start(session):
     """Chunks of fixed size padded with copies: seven starts give what each gives alone, in their order."""
-    shift = np.linspace(-1e-3, 1e-3, 7)[:, None] * np.array([0, 0, 0, 1.0, 1.0, 1.0])
+    shift = np.linspace(-1e-3, 1e-3, 7)[:, None] * session.state(0.0, 0, 0, 1.0, 1.0, 1.0)
     x, q = session.x + shift, np.repeat(session.q[:1], 7, axis=0)
     together = session.solve(x, q, last_sample=15, iterations=2)
-    assert together.x.shape == (7, 6)
+    assert together.x.shape == (7, session.unknowns)
     alone = session.solve(x[5:6], q[5:6], last_sample=15, iterations=2)
     np.testing.assert_array_equal(together.x[5], alone.x[0])
     np.testing.assert_array_equal(together.cost[5], alone.cost[0])
