@@ -26,6 +26,7 @@ from fitting.report.sensed.files import owned_files, write_sensed
 from fitting.report.sensed.surroundings import Surroundings, look_around
 from fitting.sensed_settings import SensedSettings
 from fitting.starts.multi_start import Progress
+from jaxsat.bundled import told_names
 from jaxsat.constants import EARTH_RADIUS_MEAN, EARTH_ROTATION_RATE
 from jaxsat.environment import igrf_field
 from jaxsat.errors import InputError
@@ -66,6 +67,11 @@ class SensedFit:
     def verdict(self) -> str:
         """In a word or two: see `fitting.outcome.sensed_result`."""
         return self.result.verdict
+
+    @property
+    def label(self) -> str:
+        """The session for people, short; of a bundled one with the word synthetic."""
+        return told_names(self.session.paths[0])[1]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -135,8 +141,8 @@ class SensedFit:
         return write_sensed(
             stage,
             self.result,
-            telemetry=", ".join(str(path) for path in self.session.paths),
-            label=self.session.name,
+            telemetry=", ".join(told_names(path)[0] for path in self.session.paths),
+            label=self.label,
             epoch=self.session.epoch,
             session=self.session,
             settings=self.settings.model_dump(mode="json"),

@@ -46,7 +46,7 @@ def fit_sensed(
             # What is there stays to the end: no search for garbage among JAX's many objects while pictures are drawn.
             gc.freeze()
             warnings = found.write_into(stage, plots=plots)
-    show(sensed_summary(found.result, session.name, session.rejections), f"\nresults in {out}")
+    show(sensed_summary(found.result, found.label, session.rejections), f"\nresults in {out}")
     for warning in warnings:
         print(f"jaxsat: warning: {warning}", file=sys.stderr)
     return CONVERGED if found.status == "converged" else NOT_CONVERGED
