@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_up_munin import write_munin
 
 from fitting.outcome.result import FitResult, FittedParameter
-from jaxsat.cli.main import run
 
 
 def make_fit_result(samples: int = 12) -> FitResult:
@@ -67,9 +67,7 @@ def fake_fit(monkeypatch):
 def fitted_run(tmp_path_factory):
     """The directory of a made-up fit of the bundled session, pictures and all; not to be changed."""
     out = tmp_path_factory.mktemp("fitted") / "run"
-    with pytest.MonkeyPatch.context() as monkeypatch:
-        put_fake_fit(monkeypatch).update(vars(make_fit_result(71)))
-        assert run(["fit", "--out", str(out)]) == 0
+    write_munin(out, plots=True)
     return out
 
 

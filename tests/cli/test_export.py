@@ -1,6 +1,7 @@
 """`jaxsat export`: a fit's directory in each format, and what is refused."""
 
 import json
+import shutil
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -13,10 +14,10 @@ from jaxsat.telemetry.ccsds.oem import read_oem
 
 
 @pytest.fixture
-def fitted(fake_fit, tmp_path, monkeypatch):
+def fitted(fitted_run, tmp_path, monkeypatch):
     """A fit's directory: attitudes made up, orbit that of the bundled session."""
     monkeypatch.chdir(tmp_path)
-    run(["fit", "--no-plots", "--out", "fit"])
+    shutil.copytree(fitted_run, "fit")
     with open("fit/fit.json") as stream:
         return json.load(stream)
 
@@ -51,6 +52,8 @@ def test_every_format_says_the_same(fitted, capsys):
     assert float(first.split(",")[2]) == q[0, 0]
     with open("out/session.czml") as stream:
         assert [packet["id"] for packet in json.load(stream)] == ["document", "satellite"]
+    with open("out/orbit.oem") as stream:
+        assert "COMMENT Kepler orbit fitted to the positions of a telemetry session." in stream.read()
 
 
 def test_other_axes_turn_attitude_and_orbit_alike(fitted):
@@ -89,7 +92,7 @@ def edit(**changes):
         ({"orbit": None}, "holds no orbit"),
         ({"epoch_utc": "yesterday"}, "expected a UTC instant"),
         ({"attitude__t_s": [0.0]}, "shape"),
-        ({"attitude__quaternion_inertial_from_body": [[2.0, 0, 0, 0]] * 12}, "unit quaternions"),
+        ({"attitude__quaternion_inertial_from_body": [[2.0, 0, 0, 0]] * 71}, "unit quaternions"),
         ({"attitude__angular_velocity_rad_s": None}, "no 'angular_velocity_rad_s'"),
         ({"orbit__object_name": "two\nlines"}, "one line"),
     ],

@@ -8,15 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from made_up_munin import make_munin_result
 
-from fitting.outcome.diagnostics import diagnose
-from fitting.report.document import (
-    ATTITUDE_COLUMNS,
-    CURRENT_COLUMNS,
-    fit_document,
-    write_attitude_csv,
-    write_currents_csv,
-)
+from fitting.outcome.sensed_result import SensedResult
+from fitting.report.sensed.document import sensed_document
+from fitting.report.sensed.tables import SENSED_ATTITUDE_COLUMNS, write_channel, write_sensed_attitude
 from jaxsat.errors import InputError
 from jaxsat.files.json_files import json_text
 from jaxsat.files.staging import staged_directory
@@ -25,18 +21,24 @@ from jaxsat.time import Epoch
 EPOCH = Epoch.from_utc(2001, 1, 18, 4, 54, 15.0)
 
 
-@pytest.fixture
-def document(fit_result):
-    diagnostics = diagnose(fit_result, noise_mA=2.0)
-    content, nulls = fit_document(fit_result, telemetry="a.RAW_SUN", epoch=EPOCH, diagnostics=diagnostics)
+@pytest.fixture(scope="module")
+def made() -> SensedResult:
+    return make_munin_result(12)
+
+
+@pytest.fixture(scope="module")
+def document(made):
+    content, nulls = sensed_document(made, telemetry="a.RAW_SUN", epoch=EPOCH)
     assert nulls == ["parameters.imax.sigma"]
     return json.loads(json_text(content), parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
 
 
-def test_fit_json_has_the_keys_of_its_schema_and_no_others(document, fit_result):
+def test_fit_json_has_the_keys_of_its_schema_and_no_others(document, made):
     assert list(document) == [
-        *("schema", "telemetry", "epoch_utc", "status", "message", "chi2", "dof", "residual_rms_mA"),
-        *("parameters", "gauge", "unseen", "correlations", "attitude", "diagnostics", "profiles", "timing_s"),
+        *("schema", "telemetry", "epoch_utc", "status", "message", "verdict", "chi2", "dof", "residual_rms_mA"),
+        *("residual_rms", "holdout", "witness", "parameters", "gauge", "unseen", "buys", "correlations", "axes"),
+        *("alternatives", "delays", "breaks", "channels", "rejections", "attitude", "diagnostics", "profiles"),
+        "timing_s",
     ]
     assert document["schema"] == "jaxsat.fit/1"
     assert document["telemetry"] == "a.RAW_SUN"
@@ -52,13 +54,14 @@ def test_fit_json_has_the_keys_of_its_schema_and_no_others(document, fit_result)
     assert document["gauge"] == "|magnet| held"
     assert document["correlations"]["magnet.x"] == {"imax": -0.95}
     assert list(document["timing_s"]) == ["import", "prepare", "compile", "solve", "total"]
+    assert document["witness"]["mag"]["confirms"] is True
     attitude = document["attitude"]
     assert list(attitude) == [
-        *("t_s", "quaternion_inertial_from_body", "angular_velocity_rad_s"),
-        *("field_angle_deg", "field_angle_sigma_deg"),
+        *("t_s", "quaternion_inertial_from_body", "angular_velocity_rad_s", "attitude_sigma_deg"),
+        *("field_angle_deg", "field_angle_sigma_deg", "fitted"),
     ]
     for name in attitude:
-        np.testing.assert_array_equal(attitude[name], getattr(fit_result, name))
+        np.testing.assert_array_equal(attitude[name], getattr(made, name))
 
 
 def test_json_refuses_what_is_not_finite():
@@ -66,16 +69,16 @@ def test_json_refuses_what_is_not_finite():
         json_text({"chi2": math.nan})
 
 
-def test_csv_files_have_their_columns(fit_result, tmp_path):
-    write_attitude_csv(tmp_path / "attitude.csv", fit_result, EPOCH)
-    write_currents_csv(tmp_path / "currents.csv", fit_result, EPOCH)
-    for name, columns in (("attitude.csv", ATTITUDE_COLUMNS), ("currents.csv", CURRENT_COLUMNS)):
+def test_csv_files_have_their_columns(made, tmp_path):
+    write_sensed_attitude(tmp_path / "attitude.csv", made, EPOCH)
+    columns = write_channel(tmp_path / "cells.csv", made.channels["cells"], EPOCH)
+    for name, expected in (("attitude.csv", SENSED_ATTITUDE_COLUMNS), ("cells.csv", columns)):
         with (tmp_path / name).open(newline="") as stream:
             rows = list(csv.DictReader(stream))
-        assert list(rows[0]) == list(columns) and len(rows) == fit_result.t_s.size
+        assert list(rows[0]) == list(expected) and len(rows) == made.t_s.size
         assert rows[1]["t_s"] == "64" and rows[1]["utc"] == "2001-01-18T04:55:19.000"
     attitude = np.genfromtxt(tmp_path / "attitude.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
-    np.testing.assert_allclose(attitude["q_z"], fit_result.quaternion_inertial_from_body[:, 3], rtol=1e-9)
+    np.testing.assert_allclose(attitude["q_z"], made.quaternion_inertial_from_body[:, 3], rtol=1e-9)
 
 
 def names(directory: Path) -> list[str]:

@@ -35,9 +35,7 @@ class Case:
 
     def with_values(self, **values: np.ndarray) -> TableSession:
         """The session with other readings, SI."""
-        changed = {
-            name: dataclasses.replace(self.session.channels[name], values=each) for name, each in values.items()
-        }
+        changed = {name: dataclasses.replace(self.session.channels[name], values=each) for name, each in values.items()}
         return dataclasses.replace(self.session, channels={**self.session.channels, **changed})
 
     def fit(self, session: TableSession | None = None, **how):

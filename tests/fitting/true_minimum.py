@@ -32,7 +32,10 @@ def true_values(leaves, cfg: dict[str, Any], *, modulus: float | None) -> np.nda
     values |= {"imax": 1e-3 * cfg["imax"], "albedo.specular": cfg["albedo_specular"]}
     values["albedo.diffuse"] = cfg["albedo_diffuse"]
     return np.array(
-        [values.get(leaf.name, 1.0 if leaf.name.startswith("gains.") or ".scale." in leaf.name else 0.0) for leaf in leaves]
+        [
+            values.get(leaf.name, 1.0 if leaf.name.startswith("gains.") or ".scale." in leaf.name else 0.0)
+            for leaf in leaves
+        ]
     )
 
 

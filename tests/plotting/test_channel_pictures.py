@@ -9,7 +9,6 @@ from matplotlib.image import imread
 
 from jaxsat.plotting import png_bytes
 from jaxsat.plotting.channels import Readings, Timeline, column_colours, draw_motion, draw_readings, draw_worth
-from jaxsat.plotting.channels.readings import reach
 from jaxsat.plotting.channels.timeline import HELD_OUT
 
 T = 5.0 * np.arange(40)
@@ -73,7 +72,27 @@ def test_wild_readings_do_not_flatten_the_others():
     own.residual[10] = 1e8
     figure = draw_readings(own, TIMELINE, unit="nT", title="mag")
     assert figure.axes[0].get_ylim()[1] < 2.0 and figure.axes[1].get_ylim()[1] < 10.0
-    assert reach(np.array([[np.nan], [7.0], [1e9]]), np.array([True, True, False])) == 8.0
+    residual = np.zeros((len(T), 1))
+    residual[:3, 0] = np.nan, 7.0, 1e9
+    assert replace(own, residual=residual, used=T != 10.0).reach() == 8.0
+
+
+def test_panels_share_a_scale_and_show_direct_light_and_doubt():
+    own = readings(4)
+    light = np.zeros(own.residual.shape, bool)
+    light[20, 1] = True
+    modelled = 100.0 * np.abs(own.modelled) * [1.0, 0.5, 0.1, 0.0]
+    own = replace(own, measured=modelled, modelled=modelled, direct=0.8 * modelled, shared=True, reduced=light)
+    figure = draw_readings(own, TIMELINE, unit="mA", title="cells")
+    charts = figure.axes[::2]
+    assert {axes.get_ylim() for axes in charts} == {own.limits(0)} and own.limits(0)[1] == 150.0
+    # The model's curve, the direct light's, and hollow one of the second panel.
+    np.testing.assert_array_equal(charts[1].get_lines()[0].get_ydata(), 0.8 * modelled[:, 1])
+    hollow = [[len(line.get_xdata()) for line in axes.get_lines() if line.get_marker() == "o"] for axes in charts]
+    assert hollow == [[0], [1], [0], [0]]
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert {"direct sunlight alone", "weighed down", "left out of the fit"} <= set(texts)
+    drawn(figure)
 
 
 def test_timeline_ends_half_way_between_samples():

@@ -62,7 +62,7 @@ def _channel(channel: ChannelFit, note: str) -> dict[str, Any]:
         "note": note,
         "reach": r.reach(),
         "paired": r.paired,
-        "scale": r.limits(0) if r.shared else None,
+        "scale": short(np.array(r.limits(0))) if r.shared else None,
         "t_s": np.round(r.t_s[every], 3),
         # 1 used, 3 left out.
         "use": np.where(r.used[every], 1, 3),

@@ -73,7 +73,7 @@ class ExportedRun:
                 object_name=object_name or orbit.get("object_name") or "SATELLITE",
                 object_id=object_id or orbit.get("object_id") or "UNKNOWN",
                 source=_source(document),
-                orbit_source=GIVEN_ORBIT if "channels" in document else FITTED_ORBIT,
+                orbit_source=FITTED_ORBIT if "elements" in orbit else GIVEN_ORBIT,
             )
         except (KeyError, TypeError, ValueError) as error:
             reason = f"is damaged: {'no ' if isinstance(error, KeyError) else ''}{error}"
@@ -142,11 +142,8 @@ def _oem(run: ExportedRun, frame: str) -> str:
 
 
 def _source(document: dict[str, Any]) -> str:
-    channels = document.get("channels")
-    if channels is None:
-        return "solar panel currents"
     # A line of a message has at most 254 characters.
-    return f"readings of {', '.join(_ascii(name) for name in channels)}"[:200]
+    return f"readings of {', '.join(_ascii(name) for name in document['channels'])}"[:200]
 
 
 def _ascii(text: str) -> str:

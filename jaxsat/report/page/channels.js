@@ -47,7 +47,9 @@ export class ChannelCharts {
   channel(channel) {
     const { readings, residuals, paired } = channel;
     const grid = (count, figures) => {
-      const kind = count === 1 ? " one" : count % 3 === 0 ? " three" : "";
+      // Panels of a box stand beside those of the face opposite.
+      const threes = count % 3 === 0 && !(channel.scale && count % 2 === 0);
+      const kind = count === 1 ? " one" : threes ? " three" : "";
       return el("div", { class: `panels${kind}` }, ...figures);
     };
     const own = readings.map((reading, k) => this.figure(channel, reading, paired ? residuals[k] : null));

@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 import pytest
+from made_up_munin import make_munin_result
 from matplotlib.image import imread
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
@@ -93,7 +94,7 @@ def test_page_loads_in_silence_and_fetches_nothing(desktop, phone):
     for page in (desktop, phone):
         assert [line for line in page.heard if not line.endswith("/report.html")] == []
         assert len(page.heard) == 1
-        assert state(page)["frames"] > 0 and state(page)["charts"] == 7
+        assert state(page)["frames"] > 0 and state(page)["charts"] == 2 + 6 + 2
 
 
 def test_views_are_not_blank(desktop):
@@ -186,7 +187,10 @@ def test_charts_set_the_time_and_show_the_sample(desktop):
     cursor = float(plot.locator(".cursor").get_attribute("x1"))
     assert abs(cursor - 0.5 * box["width"]) < 1.0
     rows = desktop.locator(".faces tbody tr")
-    assert rows.count() == 6 and f"{64 * round(t / 64)} s" in desktop.locator(".faces caption").inner_text()
+    assert rows.count() == 8 and rows.first.inner_text().startswith("cells +X, mA")
+    sample, cells = 64 * round(t / 64), make_munin_result().channels["cells"]
+    said = desktop.locator('[data-live="channel-0"] output').first.inner_text()
+    assert float(said.split()[0]) == cells.measured[list(cells.t_s).index(sample), 0]
 
 
 def test_theme_follows_the_system_and_the_button(desktop, phone):
@@ -225,7 +229,7 @@ def test_less_motion_is_samples_one_after_the_other(phone):
 @pytest.mark.slow
 def test_without_a_script_pictures_and_tables_are_there(open_page):
     page = open_page(360, 740, java_script_enabled=False)
-    for name in ("Panel currents", "Parameters", "Provenance", "Motion"):
+    for name in ("Channel cells", "Parameters", "Provenance", "Motion"):
         assert page.get_by_role("heading", name=name, exact=True).is_visible()
-    assert page.locator("details[open] img").count() == 3 and page.locator("details img").first.is_visible()
+    assert page.locator("details[open] img").count() == 5 and page.locator("details img").first.is_visible()
     assert page.locator(".theme").count() == 0 and len(page.heard) == 1

@@ -4,17 +4,14 @@ import json
 
 import numpy as np
 import pytest
+from made_up_munin import make_munin_result, munin_surroundings
 
-from fitting.report.scene import dark_spans, look_around, scene_document
-from fitting.session import prepare_session
-from jaxsat.bundled import BUNDLED
-from jaxsat.telemetry import read_telemetry
+from fitting.report.scene import dark_spans
 
 
 @pytest.fixture(scope="module")
-def scene(make_result):
-    prepared = prepare_session(read_telemetry(BUNDLED))
-    return scene_document(make_result(71), look_around(prepared, prepared.observations(), at_once=True)())
+def scene():
+    return munin_surroundings().scene(make_munin_result())
 
 
 def test_orbit_and_shadow_are_those_of_the_paper(scene):

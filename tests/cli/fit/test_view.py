@@ -77,12 +77,12 @@ def spoil_json(path: Path, **changes) -> None:
         (lambda d: spoil_json(d / "fit.json", diagnostics="gone"), "KeyError: 'diagnostics'"),
         (lambda d: spoil_json(d / "provenance.json", orbit="gone"), "KeyError: 'orbit'"),
         (lambda d: (d / "provenance.json").unlink(), "provenance.json: no such file"),
-        (lambda d: (d / "currents.csv").write_text("t_s,utc\n"), "currents.csv:1: expected the columns"),
+        (lambda d: (d / "channel-cells.csv").write_text("t_s,utc\n"), "channel-cells.csv:1: expected the"),
         (
             lambda d: replace(d / "attitude.csv", "2001-01-18T04:54:15.000,", "2001-01-18T04:54:15.000,x"),
             "q_w: expected a",
         ),
-        (lambda d: replace(d / "attitude.csv", "\n64,", "\n64,,"), "attitude.csv:3: 17 fields; expected 16"),
+        (lambda d: replace(d / "attitude.csv", "\n64,", "\n64,,"), "attitude.csv:3: 18 fields; expected 17"),
     ],
 )
 def test_wrong_files_are_one_line(fitted, capsys, spoil, expected):

@@ -8,7 +8,7 @@ import pytest
 from fitting.measurements.assembly import Samples, build_sensed, groups_of, usable
 from fitting.outcome.looking import look
 from fitting.parameters.free import free_parameters
-from fitting.sensed_run import surroundings
+from fitting.surroundings import surroundings
 from jaxsat.satellites import Satellite, read_satellite
 from jaxsat.telemetry import TableSession, read_telemetry
 
@@ -112,7 +112,7 @@ class Case:
         self.samples = Samples.of(session.channels, session.epoch, session.columns)
         free = [leaf.name for leaf in satellite.leaves if leaf.sigma is not None]
         self.parameters = free_parameters(satellite.model, satellite.leaves, free)
-        around = surroundings(satellite, session)
+        around, _ = surroundings(satellite, session)
         self.problem = build_sensed(self.samples, satellite.model, around, delayed=("mag",), max_step=1.0, room_for=1.0)
         self.x = 0.2 * rng.normal(size=len(self.parameters.everything)) * self.parameters.everything
         self.x[3:6] = np.radians([1.0, -2.0, 1.5]) * 60.0

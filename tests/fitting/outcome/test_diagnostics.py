@@ -7,44 +7,68 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from fitting.outcome.diagnostics import Diagnostics, diagnose, magnetometer_witness
-from fitting.outcome.result import FitResult
-from fitting.outcome.series import LAGS, panel_residuals
-from jaxsat.bundled import BUNDLED
-from jaxsat.errors import InputError
-from jaxsat.telemetry import read_telemetry
+from fitting.outcome.diagnostics import Diagnostics, diagnose
+from fitting.outcome.sensed_result import FITS, ChannelFit, SensedResult
+from fitting.outcome.series import LAGS, PanelResiduals, panel_residuals, slots
 
 SAMPLES = 70
 PANELS = ("+x", "-x", "+y", "-y", "+z", "-z")
 
 
-def result_with(residual_mA: np.ndarray, weight: np.ndarray | None = None, *, t_s=None, dof=6 * SAMPLES) -> FitResult:
-    """A fit whose residuals [time 6] are these; all else is made up."""
+def result_with(
+    residual_mA: np.ndarray,
+    weight: np.ndarray | None = None,
+    *,
+    noise_mA: float = 2.0,
+    t_s: np.ndarray | None = None,
+    dof: int = 6 * SAMPLES,
+) -> SensedResult:
+    """A fit of six panels whose residuals [time 6] are these; all else is made up."""
     n = len(residual_mA)
     weight = np.ones((n, 6)) if weight is None else weight
-    modelled = np.full((n, 6), 100.0)
-    flat = np.zeros(n)
-    return FitResult(
+    t_s = 64.0 * np.arange(n) if t_s is None else t_s
+    residual, counted, slot = residual_mA / noise_mA, weight > 0.0, slots(t_s)
+    modelled, everywhere = np.full((n, 6), 100.0), np.ones(n, bool)
+    cells = ChannelFit(
+        name="cells",
+        kind="Panels",
+        unit="mA",
+        columns=PANELS,
+        t_s=t_s,
+        measured=modelled + residual_mA,
+        modelled=modelled,
+        sigma=noise_mA,
+        residual=residual,
+        promised=np.ones((n, 6)),
+        fitted=everywhere,
+        used=everywhere,
+        rms=noise_mA,
+        chi2_per_reading=1.0,
+        angle_deg=None,
+        holdout=None,
+        delay_s=None,
+        delay_sigma_s=None,
+        residuals=tuple(panel_residuals(residual[counted[:, k], k], slot[counted[:, k]]) for k in range(6)),
+        weight=weight,
+    )
+    return SensedResult(
         status="converged",
         message="",
-        chi2=float(np.sum(weight * residual_mA**2) / 4.0),
+        verdict=FITS,
+        remarks=(),
+        chi2=float(np.sum(weight * residual**2)),
         dof=dof,
-        residual_rms_mA=2.0,
         parameters=(),
-        gauge=None,
+        buys={},
         correlations={},
-        t_s=64.0 * np.arange(n) if t_s is None else t_s,
+        t_s=t_s,
         quaternion_inertial_from_body=np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)),
         angular_velocity_rad_s=np.zeros((n, 3)),
         attitude_sigma_deg=np.zeros((n, 3)),
-        field_angle_deg=flat,
-        field_angle_sigma_deg=flat,
-        measured_mA=modelled + residual_mA,
-        modelled_mA=modelled,
-        modelled_direct_mA=modelled,
-        weight=weight,
-        limited=np.zeros(n, bool),
-        lit=np.ones(n, bool),
+        illumination=None,
+        fitted=everywhere,
+        channels={"cells": cells},
+        axes={},
     )
 
 
@@ -57,7 +81,15 @@ def diagnose_noise(**panels) -> Diagnostics:
     residual = noise()
     for name, series in panels.items():
         residual[:, PANELS.index(name.replace("plus_", "+").replace("minus_", "-"))] = series
-    return diagnose(result_with(residual), noise_mA=2.0)
+    return diagnose(result_with(residual))
+
+
+def panels_of(found: Diagnostics) -> dict[str, PanelResiduals]:
+    return found.channels["cells"].columns
+
+
+def tails_of(found: Diagnostics) -> dict:
+    return found.channels["cells"].tails
 
 
 @pytest.mark.parametrize("gaps", [False, True])
@@ -105,20 +137,24 @@ def test_noise_is_not_remarked_on():
     assert found.remarks() == []
     assert found.chi2_per_dof == pytest.approx(np.sum(noise() ** 2) / 4.0 / 420)
     assert found.chi2_p == pytest.approx(stats.chi2.sf(np.sum(noise() ** 2) / 4.0, 420))
-    assert list(found.panels) == list(PANELS)
-    assert {limit: t["expected"] for limit, t in found.tails.items()} == {"2": 19.11, "3": 1.13, "4": 0.03}
-    assert found.tails["2"]["found"] == np.sum(np.abs(noise()) > 4.0)
+    assert list(panels_of(found)) == list(PANELS)
+    assert {limit: t["expected"] for limit, t in tails_of(found).items()} == {
+        "2": 19.11,
+        "3": 1.13,
+        "4": 0.03,
+    }
+    assert tails_of(found)["2"]["found"] == np.sum(np.abs(noise()) > 4.0)
 
 
 def test_a_bias_is_found_in_its_panel_only():
     biased = diagnose_noise(minus_y=noise()[:, 3] + 1.4)
     (line,) = biased.remarks()
     assert "-y have a mean of +0." in line
-    panel = biased.panels["-y"]
+    panel = panels_of(biased)["-y"]
     assert panel.mean is not None and panel.mean == pytest.approx((noise()[:, 3].mean() + 1.4) / 2.0)
     assert panel.mean_z == pytest.approx(panel.mean * np.sqrt(SAMPLES))
     # The mean is no memory: the correlation is about it.
-    assert panel.lag1 == pytest.approx(diagnose_noise().panels["-y"].lag1)
+    assert panel.lag1 == pytest.approx(panels_of(diagnose_noise())["-y"].lag1)
 
 
 def test_a_memory_is_found_in_its_panel_only():
@@ -128,8 +164,8 @@ def test_a_memory_is_found_in_its_panel_only():
         series.append(0.6 * series[-1] + 0.8 * rng.normal())
     found = diagnose_noise(plus_z=2.0 * np.array(series))
     (line,) = found.remarks()
-    assert "neighbouring residuals of +z" in line
-    lag1 = found.panels["+z"].lag1
+    assert "neighbouring residuals of cells +z" in line
+    lag1 = panels_of(found)["+z"].lag1
     # Of 70 samples of an AR(1) with 0.6: sigma sqrt((1 - 0.36) / 70) = 0.1.
     assert lag1 == pytest.approx(0.6, abs=0.25)
 
@@ -138,23 +174,23 @@ def test_noise_twice_as_large_as_stated_is_found():
     found = diagnose_noise(plus_x=2.0 * noise()[:, 0])
     (line,) = found.remarks()
     assert "+x are" in line and "times the stated noise" in line
-    assert found.tails["4"]["found"] >= 1
+    assert tails_of(found)["4"]["found"] >= 1
 
 
 def test_residuals_left_out_do_not_count():
     residual, weight = noise(), np.ones((SAMPLES, 6))
     residual[10:20, 2], weight[10:20, 2] = 1e6, 0.0
     weight[:, 5] = 0.0
-    found = diagnose(result_with(residual, weight), noise_mA=2.0)
-    assert [panel.count for panel in found.panels.values()] == [70, 70, 60, 70, 70, 0]
-    assert found.remarks() == [] and found.panels["-z"].rms is None
+    found = diagnose(result_with(residual, weight))
+    assert [panel.count for panel in panels_of(found).values()] == [70, 70, 60, 70, 70, 0]
+    assert found.remarks() == [] and panels_of(found)["-z"].rms is None
 
 
 def test_samples_on_either_side_of_a_gap_in_time_are_no_neighbours():
     """Two blocks of five an hour apart: eight pairs, not nine."""
     residual = np.random.default_rng(2).normal(size=(10, 6))
     t = np.concatenate([64.0 * np.arange(5), 3600.0 + 64.0 * np.arange(5)])
-    found = diagnose(result_with(residual, t_s=t), noise_mA=1.0).panels["+x"]
+    found = panels_of(diagnose(result_with(residual, t_s=t, noise_mA=1.0)))["+x"]
     z = residual[:, 0] - residual[:, 0].mean()
     expected = (z[:4] @ z[1:5] + z[5:9] @ z[6:]) / (z @ z)
     assert found.lag1 == pytest.approx(expected) and found.lag1_z == pytest.approx(expected * np.sqrt(10 * 12 / 8))
@@ -162,55 +198,16 @@ def test_samples_on_either_side_of_a_gap_in_time_are_no_neighbours():
 
 @pytest.mark.parametrize("samples", [1, 2, 4])
 def test_few_residuals_have_no_memory(samples):
-    found = diagnose(result_with(noise()[:samples], dof=0), noise_mA=2.0)
+    found = diagnose(result_with(noise()[:samples], dof=0))
     assert found.chi2_per_dof is None and found.chi2_p is None
-    assert all(p.lag1 is None and p.ljung_box_p is None and p.rms is not None for p in found.panels.values())
+    assert all(p.lag1 is None and p.ljung_box_p is None and p.rms is not None for p in panels_of(found).values())
     assert panel_residuals(np.ones(20), np.arange(20)).ljung_box_p is None
 
 
 def test_document_is_strict_json():
     document = diagnose_noise().as_dict()
     again = json.loads(json.dumps(document, allow_nan=False))
-    assert again == document and list(again) == ["chi2_per_dof", "chi2_p", "panels", "tails"]
-    assert list(again["panels"]["+x"]) == [field.name for field in dataclasses.fields(diagnose_noise().panels["+x"])]
-
-
-def test_noise_must_be_above_zero():
-    with pytest.raises(InputError, match="noise_mA: expected a noise above 0 mA, got 0"):
-        diagnose(result_with(noise()), noise_mA=0.0)
-
-
-class TestMagnetometer:
-    """Of a session whose magnetometer reads a field of which a fit says this or that."""
-
-    session = read_telemetry(BUNDLED)
-    t = session.t_s[2:]
-
-    def asked(self, off: np.ndarray, sigma: float = 0.0):
-        read = np.nan_to_num(self.session.b_field_uT[2:])
-        field = np.column_stack([np.zeros(len(self.t)), read + off])
-        flat = np.full((len(self.t), 3), sigma)
-        result = result_with(np.zeros((len(self.t), 6)), t_s=self.t)
-        result = dataclasses.replace(result, field_body_uT=field, field_body_sigma_uT=flat)
-        return magnetometer_witness(result, self.session)
-
-    def test_it_confirms_what_is_near(self):
-        witness = self.asked(np.full((len(self.t), 2), 0.5))
-        assert witness is not None and witness.holdout is not None and not witness.denies
-        assert witness.holdout.rms == pytest.approx(0.5)
-        assert witness.holdout.promised_rms == pytest.approx(1.0)
-        assert witness.holdout.count == np.isfinite(self.session.b_field_uT[2:]).sum()
-        assert witness.samples == np.isfinite(self.session.b_field_uT[2:]).any(axis=1).sum()
-
-    def test_an_attitude_that_is_not_sure_of_it_promises_less(self):
-        witness = self.asked(np.full((len(self.t), 2), 3.0), sigma=2.0)
-        assert witness is not None and witness.holdout is not None and not witness.denies
-        assert witness.holdout.promised_rms == pytest.approx(np.hypot(1.0, 2.0))
-
-    def test_it_denies_what_is_far(self):
-        for off in (2.5, 30.0):
-            witness = self.asked(np.full((len(self.t), 2), off))
-            assert witness is not None and witness.denies
-
-    def test_a_fit_without_a_field_is_not_asked(self):
-        assert magnetometer_witness(result_with(np.zeros((len(self.t), 6)), t_s=self.t), self.session) is None
+    assert again == document and list(again) == ["chi2_per_dof", "chi2_p", "channels"]
+    assert list(again["channels"]["cells"]["columns"]["+x"]) == [
+        field.name for field in dataclasses.fields(panels_of(diagnose_noise())["+x"])
+    ]

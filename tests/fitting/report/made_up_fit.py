@@ -6,13 +6,19 @@ from pathlib import Path
 import numpy as np
 
 from fitting.measurements.sky import Around
+from fitting.orbit.orbit_fit import OrbitFit, fit_orbit, states
 from fitting.outcome.result import FittedParameter
 from fitting.outcome.sensed_result import PREDICTS, Break, ChannelFit, Holdout, SensedResult
+from fitting.outcome.series import panel_residuals, slots
+from fitting.parameters.null_space import Direction
 from fitting.profile.profile import Profile
 from fitting.report.sensed.files import owned_files, write_sensed
+from fitting.report.sensed.surroundings import Surroundings
 from jaxsat.constants import EARTH_RADIUS_MEAN, EARTH_ROTATION_RATE
 from jaxsat.environment import igrf_field, orbit_from_elements_km_deg
 from jaxsat.files.staging import staged_directory
+from jaxsat.satellites import Satellite
+from jaxsat.satellites.satellite import satellite_of
 from jaxsat.telemetry import RejectedRow, TableSession
 from jaxsat.time import Epoch, greenwich_angle
 
@@ -28,7 +34,23 @@ def make_session() -> TableSession:
         RejectedRow(path, 9, "", "unreadable time", "'x'"),
         RejectedRow(path, 12, "by", "out of range", "-999.9"),
     )
-    return TableSession((path,), ("ab" * 32,), EPOCH, {}, {}, rejections, ("stamps are whole seconds",))
+    facts = {"rows": 250, "object_name": "TESTSAT", "object_id": "2024-001A"}
+    return TableSession((path,), ("ab" * 32,), EPOCH, {}, {}, rejections, ("stamps are whole seconds",), **facts)
+
+
+def make_satellite() -> Satellite:
+    """A box with a magnetometer."""
+    return satellite_of(
+        {
+            "name": "Test satellite",
+            "body": {"size_m": [0.1, 0.1, 0.34], "inertia_kg_m2": {"value": [0.002, 0.002, 0.001], "sigma": 0.001}},
+            "orbit": {"tle": "pass.tle"},
+            "time": {"column": "t", "form": "seconds", "epoch": "2024-03-01T12:00:00"},
+            "sensors": {"mag": {"kind": "magnetometer", "unit": "nT"}},
+            "channels": {"mag": {"columns": ["bx", "by", "bz"], "unit": "nT", "sigma": 300.0}},
+        },
+        Path("test.sat.toml"),
+    )
 
 
 def make_around() -> Around:
@@ -38,6 +60,14 @@ def make_around() -> Around:
     )
     angle, rate, radius = (np.asarray(x) for x in (greenwich_angle(EPOCH), EARTH_ROTATION_RATE, EARTH_RADIUS_MEAN))
     return Around(orbit, igrf_field(EPOCH.decimal_year()), angle, rate, radius)
+
+
+def make_orbit_fit() -> OrbitFit:
+    """That orbit, found from a hundred positions with noise of 100 m."""
+    t = np.linspace(0.0, 5000.0, 100)
+    position, velocity = states(make_around().orbit, t)
+    noise = np.random.default_rng(8).normal(scale=100.0, size=position.shape)
+    return fit_orbit(t, position + noise, velocity)
 
 
 def write_made_up(
@@ -55,9 +85,9 @@ def write_made_up(
             session=make_session(),
             settings=SETTINGS,
             plots=plots,
-            around=make_around(),
-            name="TESTSAT",
-            size_m=(0.1, 0.1, 0.34),
+            surroundings=Surroundings.of(result.t_s, make_around(), EPOCH),
+            orbit_fit=make_orbit_fit(),
+            satellite=make_satellite(),
             profiles=profiles,
         )
 
@@ -83,6 +113,11 @@ def channel(
     measured[3], residual[3] = 40.0 * size, 4000.0
     measured[5, 0], residual[5] = np.nan, np.nan
     fitted = t < 400.0
+    weight = np.where((fitted & used)[:, None] & np.isfinite(residual), 1.0, 0.0)
+    # Two readings of the first column were in doubt.
+    weight[10:12, 0] *= 0.1
+    counted = weight > 0.0
+    slot = slots(t)
     return ChannelFit(
         name=name,
         kind=kind,
@@ -103,6 +138,9 @@ def channel(
         delay_s=0.9 if kind == "Magnetometer" else None,
         delay_sigma_s=0.05 if kind == "Magnetometer" else None,
         breaks=(Break(300.0, 4.0, 0.05 * size, 190.0),) if kind == "Magnetometer" else (),
+        residuals=tuple(panel_residuals(residual[counted[:, k], k], slot[counted[:, k]]) for k in range(count)),
+        direct=0.8 * modelled if kind == "Panels" else None,
+        weight=weight,
     )
 
 
@@ -153,5 +191,8 @@ def make_sensed_result(**changes) -> SensedResult:
         "timing_s": {"prepare": 0.4, "solve": 2.5, "total": 3.0},
         "field_angle_deg": 40.0 + 10.0 * np.sin(t / 50.0),
         "field_angle_sigma_deg": np.full(len(t), 0.3),
+        "limited": (t > 29.0) & (t < 41.0),
+        "unseen": (Direction("common scale of magnet and inertia", 1e-6, "its prior", {"magnet.x": 0.01}),),
+        "gauge": "|magnet| held at the nominal value",
     }
     return SensedResult(**{**fields, **changes})

@@ -26,7 +26,8 @@ def test_keys_are_those_that_other_programs_rely_on(document):
     assert document["residual_rms_mA"] == pytest.approx(4.08)
     assert document["parameters"]["magnet.x"] == {"value": 0.3049, "sigma": 0.0012, "unit": "A m2", "free": True}
     assert document["parameters"]["inertia.xx"]["sigma"] is None
-    assert document["gauge"] is None and document["correlations"]["magnet.x"]["mag.bias.x"] == -0.95
+    assert document["gauge"] == "|magnet| held at the nominal value"
+    assert document["correlations"]["magnet.x"]["mag.bias.x"] == -0.95
     assert set(document["timing_s"]) == {"import", "prepare", "compile", "solve", "total"}
     attitude = document["attitude"]
     assert {len(attitude[key]) for key in attitude} == {240}
@@ -76,3 +77,22 @@ def test_an_unknown_sigma_is_null():
     blind = np.full((240, 3), np.inf)
     found, nulls = sensed_document(make_sensed_result(attitude_sigma_deg=blind), telemetry="a", epoch=EPOCH)
     assert nulls == ["attitude.attitude_sigma_deg"] and found["attitude"]["attitude_sigma_deg"][0] == [None] * 3
+
+
+def test_diagnostics_are_by_channel_and_column(document):
+    found = document["diagnostics"]
+    assert found["chi2_per_dof"] == pytest.approx(812.5 / 790) and 0.0 < found["chi2_p"] < 1.0
+    assert list(found["channels"]) == ["mag", "gyro", "star", "a/b cells"]
+    assert list(found["channels"]["star"]["columns"]) == ["turn x", "turn y", "turn z"]
+    mag = found["channels"]["mag"]
+    # 80 samples were fitted; two were left out, one has no reading.
+    assert {column["count"] for column in mag["columns"].values()} == {77}
+    assert all(0.7 < column["rms"] < 1.3 for column in mag["columns"].values())
+    # Of 231 normal residuals 4.55 % lie beyond 2 sigma, 0.27 % beyond 3.
+    assert mag["tails"]["2"]["expected"] == pytest.approx(10.51, abs=0.01)
+    assert mag["tails"]["3"]["expected"] == pytest.approx(0.62, abs=0.01) and mag["tails"]["4"]["found"] == 0
+
+
+def test_what_the_data_hardly_see_is_told(document):
+    (direction,) = document["unseen"]
+    assert direction["blind"] and direction["components"] == {"magnet.x": 0.01} and document["profiles"] == {}

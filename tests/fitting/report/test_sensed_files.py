@@ -51,6 +51,12 @@ def test_tables_hold_the_readings(sensed_run):
     assert [row["fitted"] for row in rows] == ["1"] * 80 + ["0"] * 40
     assert [k for k, row in enumerate(rows) if row["used"] == "0"] == [3, 8]
     assert rows[1]["utc"] == "2024-03-01T12:00:05.000"
+    assert [row["weight_bx"] for row in rows[9:13]] == ["1", "0.1", "0.1", "1"] and rows[3]["weight_by"] == "0"
+    names, rows = table(sensed_run / "channel-a_b_cells.csv")
+    direct, modelled = (np.array([float(row[f"{part}_i2_mA"]) for row in rows]) for part in ("direct", "modelled"))
+    np.testing.assert_allclose(direct, 0.8 * modelled, rtol=1e-9)
+    _, rows = table(sensed_run / "attitude.csv")
+    assert {row["t_s"] for row in rows if row["limited"] == "1"} == {"30", "32", "35", "36", "40"}
 
 
 @pytest.mark.slow
@@ -58,12 +64,15 @@ def test_orbit_and_scene_are_those_of_the_surroundings(sensed_run):
     fit = json.loads((sensed_run / "fit.json").read_text())
     scene = json.loads((sensed_run / "scene.json").read_text())
     position = np.array(fit["orbit"]["position_eci_m"])
-    assert fit["orbit"]["object_name"] == "TESTSAT" and position.shape == (240, 3)
+    assert fit["orbit"]["object_name"] == "TESTSAT" and fit["orbit"]["object_id"] == "2024-001A"
+    assert position.shape == (240, 3)
     np.testing.assert_allclose(np.linalg.norm(position, axis=1), 6.9e6, atol=7.0e3)
     # Kepler's third law of 6900 km.
     assert scene["orbit"]["period_s"] == pytest.approx(2 * np.pi * np.sqrt(6.9e6**3 / 3.986004418e14), rel=1e-6)
     np.testing.assert_allclose(scene["track"]["position_km"][0], position[0] / 1e3, atol=0.02)
     np.testing.assert_allclose(scene["orbit"]["position_km"][0], position[0] / 1e3, atol=0.1)
+    axis = fit["orbit"]["elements"]["semi_major_axis"]
+    assert axis["unit"] == "m" and abs(axis["value"] - 6.9e6) < 4.0 * axis["sigma"] < 1000.0
 
 
 @pytest.mark.slow
@@ -72,7 +81,10 @@ def test_page_says_the_verdict_and_has_a_place_for_each_channel(sensed_run):
     parser = Texts()
     parser.feed(html)
     text = " ".join(parser.texts)
-    for part in ("Predicts.", "Channel a/b cells", "mag.bias.x", "54321", "unreadable time", "+x, -z, +y"):
+    words = ("Predicts.", "Channel a/b cells", "mag.bias.x", "54321", "unreadable time", "+x, -z, +y")
+    tables = ("Residual diagnostics", "Ljung-Box p", "What the data hardly see", "common scale of magnet and inertia")
+    rest = ("250 rows gave samples at 240 times.", "semi major axis", "body.size_m", "left out as limited", "holdout")
+    for part in (*words, *tables, *rest):
         assert part in text, part
     for number in range(4):
         assert f'data-live="channel-{number}"' in html
@@ -80,6 +92,12 @@ def test_page_says_the_verdict_and_has_a_place_for_each_channel(sensed_run):
     assert data["size"] == [0.2941, 0.2941, 1.0] and len(data["held_s"]) == 1
     assert data["held_s"][0] == [pytest.approx(398.0), 596.0]
     assert [c["paired"] for c in data["channels"]] == [True, True, False, True]
+    assert ['data-live="field-angle"' in html, "direct" in data["channels"][0]["readings"][0]] == [True, False]
+    cells = data["channels"][3]
+    assert cells["scale"][1] == 500.0 and cells["residuals"][0]["light"] == [10, 11]
+    np.testing.assert_allclose(
+        cells["readings"][2]["direct"], 0.8 * np.array(cells["readings"][2]["modelled"]), atol=1e-2
+    )
     assert (
         data["channels"][0]["use"][:5] == [1, 1, 1, 3, 1] and data["channels"][0]["readings"][0]["measured"][5] is None
     )
@@ -132,5 +150,6 @@ def test_pictures_are_there_with_plots(tmp_path):
     write_made_up(tmp_path / "run", plots=True)
     names = {path.name for path in (tmp_path / "run").glob("*.png")}
     channels = {f"channel-{name}.png" for name in ("mag", "gyro", "star", "a_b_cells")}
-    assert names == channels | {"attitude.png", "parameters.png", "worth.png"}
-    assert (tmp_path / "run" / "report.html").read_text().count("data:image/png") == 5
+    assert names == channels | {"attitude.png", "field_angle.png", "orbit.png", "parameters.png", "worth.png"}
+    # Those of parameters and worth are tables in the page.
+    assert (tmp_path / "run" / "report.html").read_text().count("data:image/png") == 7

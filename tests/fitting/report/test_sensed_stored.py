@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from made_up_fit import make_sensed_result
 
-from fitting.report.stored_run import SensedRun, read_run
+from fitting.report.stored_run import Run, read_run
 from jaxsat.cli.main import run
 from jaxsat.errors import InputError
 
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.slow
 
 def test_the_result_comes_back(sensed_run):
     stored, made = read_run(sensed_run), make_sensed_result()
-    assert isinstance(stored, SensedRun)
+    assert isinstance(stored, Run)
     for field in dataclasses.fields(made):
         before, after = getattr(made, field.name), getattr(stored.result, field.name)
         if isinstance(before, np.ndarray):
