@@ -176,8 +176,9 @@ def chosen_leaves(
             found = [name for name in names if name == each or (name in below and name.startswith(f"{each}."))]
             if not found and each != "state":
                 close = get_close_matches(each, sorted(prefixes), n=1)
-                hint = f"; did you mean {close[0]}?" if close else ""
-                raise InputError(f"unknown free parameter {each!r}{hint}", field="free")
+                heads = ", ".join(dict.fromkeys(["state", *(name.split(".")[0] for name in below)]))
+                hint = f"did you mean {close[0]}?" if close else f"expected any of {heads}, or what is below them"
+                raise InputError(f"unknown free parameter {each!r}; {hint}", field="free")
             chosen.update(found)
     return tuple(name for name in names if name in chosen)
 

@@ -23,6 +23,8 @@ class Profiler:
 
     def __call__(self, found: Identified) -> None:
         """Takes the profiles about the best of the minima."""
+        if not self._names:
+            return
         best = found.minima[0]
         profiles, reasons = profile_all(
             best.problem, found.parameters, best.refined, self._names, tail=self._tail, progress=self._progress

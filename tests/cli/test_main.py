@@ -38,8 +38,8 @@ def test_help_and_usage_errors_import_nothing_heavy(arguments):
     [
         (["fti"], 'Did you mean "fit"?'),
         (["fit", "--stars", "4"], "Did you mean --starts?"),
-        (["fit", "--free", "magnets"], "Did you mean magnet?"),
-        (["fit", "--free", ""], "expected any of state,"),
+        (["fit", "--free", "magnets"], "did you mean magnet?"),
+        (["fit", "--free", ""], "expected any of state, inertia, magnet,"),
         (["fit", "--free", "magnet,magnet.azimuth"], "both as a vector and by"),
         (["fit", "--starts", "0"], "Must be >= 1"),
         (["fit", "--seed", "1.5"], "Expected a whole number, got 1.5"),
@@ -105,7 +105,7 @@ def test_a_full_disk_is_one_line_and_leaves_nothing(fake_fit, tmp_path, monkeypa
     def full(*_):
         raise OSError(28, "No space left on device", "attitude.csv")
 
-    monkeypatch.setattr("fitting.report.files.write_attitude_csv", full)
+    monkeypatch.setattr("fitting.report.sensed.files.write_sensed_attitude", full)
     assert run(["fit", "--no-plots"]) == 1
     assert capsys.readouterr().err.splitlines()[-1] == "jaxsat: error: attitude.csv: No space left on device"
     assert list(tmp_path.iterdir()) == []

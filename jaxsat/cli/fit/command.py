@@ -125,9 +125,6 @@ def fit(
         raise InputError(reason, file=tables[0])
     if limb is not None and files and len(files) > 1:
         raise CycloptsError(msg=f"--limb holds the angles of one session, but {len(files)} files are given.")
-    if not files:
-        print(f"jaxsat: no file given: fitting the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
-        files = [BUNDLED]
     # What is wrong with settings is told before the seconds that the imports of a fit take.
     options = {"holdout": holdout, "arc_s": arc, "starts": starts, "seed": seed}
     given = {key: value for key, value in options.items() if value is not None}
@@ -146,6 +143,9 @@ def fit(
         read = OfRawSun.by(settings, limb, free, holdout)
     else:
         read = OfTables.by(satellite, given | ({} if free is None else {"free": tuple(free.split(","))}))
+    if not files:
+        print(f"jaxsat: no file given: fitting the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
+        files = [BUNDLED]
     clock = Clock(began, time.perf_counter() - began)
     asked = {"clock": clock, "plots": plots, "profiles": tuple(profile or ())}
     # Tables are joined by time, RAW_SUN files are sessions by themselves.

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from cyclopts import CycloptsError
 
+from fitting.parameters.free import free_parameters
 from fitting.sensed_run import chosen_leaves
 from fitting.sensed_settings import SensedSettings
 from jaxsat.errors import InputError
@@ -65,9 +66,8 @@ class OfRawSun:
     @staticmethod
     def by(config: "Config", limb: Path | None, free: str | None, holdout: float | None) -> "OfRawSun":
         """Raises CycloptsError where `free`, of the command line, names what Munin has not."""
-        # Under a weight of zero the file is not looked at, as that of `vesABlimb` = 0 may be missing or a dummy.
-        limb = limb if config.fit.limb_weight > 0.0 else None
-        satellite = config.described(limb=limb is not None)
+        used = limb is not None and config.fit.limb_weight > 0.0
+        satellite = config.described(limb=used)
         settings = config.fit.settings
         if holdout is not None:
             settings = settings.changed(holdout=holdout)
@@ -82,7 +82,11 @@ class OfRawSun:
         cleaned = cleaned.with_time_zero(config.time.zero_s)
         own = {name: channel for name, channel in self.satellite.channels.items() if name != LIMB}
         session = table_of(cleaned, replace(self.satellite, channels=own))
-        if limb is not None:
+        if limb is not None and LIMB not in self.satellite.channels:
+            # As that of `vesABlimb` = 0 the file may be missing or a dummy.
+            remark = f"{limb}: limb angles are not used, for fit.limb_weight is 0"
+            session = replace(session, remarks=(*session.remarks, remark))
+        elif limb is not None:
             channel, remarks, sha256 = limb_channel(limb, cleaned, LIMB, self.satellite.channels[LIMB])
             session = replace(
                 session,
@@ -97,6 +101,7 @@ class OfRawSun:
 def _check_free(satellite: Satellite, free: object) -> None:
     if isinstance(free, tuple):
         try:
-            chosen_leaves(satellite.leaves, free, satellite.aliases)
+            names = chosen_leaves(satellite.leaves, free, satellite.aliases)
+            free_parameters(satellite.model, satellite.leaves, names, held=satellite.held)
         except InputError as error:
             raise CycloptsError(msg=f"Invalid value for --free: {error.reason}") from None

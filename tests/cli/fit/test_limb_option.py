@@ -7,12 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting.measurements.limb_input import LimbInput
-from fitting.session import prepare_session
-from fitting.settings import FitSettings
 from jaxsat.bundled import BUNDLED
+from jaxsat.cli.fit.inputs import OfRawSun
 from jaxsat.cli.main import run
-from jaxsat.telemetry import read_telemetry
+from jaxsat.cli.settings.files import load_config
 
 SESSION = BUNDLED.with_name("a-nominal-exact.RAW_SUN")
 HEADER = "utc,distance_deg,turn_deg"
@@ -34,26 +32,16 @@ def write(*rows) -> Path:
 
 @pytest.mark.slow
 def test_results_tell_of_the_limb_angles(fake_fit, capsys):
-    fake_fit.update(limb_samples=2, limb_rms_deg=0.3125)
     path = write(*ROWS, STRAY)
     assert run(["fit", str(SESSION), "--limb", str(path), "--out", "out", "--no-plots"]) == 0
-    document = json.loads(Path("out/fit.json").read_text())
-    assert document["limb"] == {"rows_used": 2, "rows_unmatched": 1, "rows_outside_arc": 1, "rms_deg": 0.3125}
     provenance = json.loads(Path("out/provenance.json").read_text())
-    assert provenance["limb"] == {"file": "limb.csv", "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
+    assert provenance["paths"] == [str(SESSION), "limb.csv"]
+    assert provenance["sha256"][1] == hashlib.sha256(path.read_bytes()).hexdigest()
     page = Path("out/report.html").read_text()
-    assert provenance["limb"]["sha256"] in page and "residual RMS 0.312 deg" in page
+    assert provenance["sha256"][1] in page
     warning = "limb.csv: 1 of 4 rows with limb angles are not used"
     assert f"jaxsat: warning: {warning}" in capsys.readouterr().err and warning in page
     assert any(warning in each for each in provenance["warnings"])
-
-
-@pytest.mark.slow
-def test_without_them_nothing_is_told(fake_fit, capsys):
-    assert run(["fit", str(SESSION), "--out", "out", "--no-plots"]) == 0
-    assert "limb" not in json.loads(Path("out/fit.json").read_text())
-    assert "limb" not in json.loads(Path("out/provenance.json").read_text())
-    assert "limb" not in capsys.readouterr().err
 
 
 @pytest.mark.slow
@@ -63,18 +51,16 @@ def test_weight_zero_does_not_look_at_the_file(fake_fit, capsys):
     arguments = ["fit", str(SESSION), "--config", "off.toml", "--limb", "none.csv", "--out", "out", "--no-plots"]
     assert run(arguments) == 0
     assert "none.csv: limb angles are not used, for fit.limb_weight is 0" in capsys.readouterr().err
-    assert "limb" not in json.loads(Path("out/fit.json").read_text())
 
 
 def test_angles_reach_the_fit_at_their_samples():
-    prepared = prepare_session(read_telemetry(SESSION))
-    limb = LimbInput.read(write(*ROWS), prepared.session, FitSettings())
-    data = prepared.observations((64.0, 640.0), limb.angles)
-    assert data.limb is not None and data.limb.shape == (10, 2)
-    np.testing.assert_allclose(np.degrees(data.limb[:2]), [[11.0, np.nan], [np.nan, 30.0]])
-    assert np.all(np.isnan(data.limb[2:]))
-    np.testing.assert_array_equal(data.since(1).limb, data.limb[1:])
-    assert prepared.observations().limb is None
+    config = load_config(None, {"fit.limb_weight": 0.25})
+    inputs = OfRawSun.by(config, write(*ROWS), None, None)([SESSION])
+    limb = inputs.session.channels["limb"]
+    np.testing.assert_allclose(limb.t_s, [0.0, 64.0, 128.0])
+    np.testing.assert_allclose(np.degrees(limb.values), [[10.0, -20.0], [11.0, np.nan], [np.nan, 30.0]])
+    # A weight is a factor of the inverse variance.
+    assert np.degrees(limb.sigma) == pytest.approx(0.5 / np.sqrt(0.25))
 
 
 def test_one_file_of_angles_is_of_one_session(capsys, tmp_path):

@@ -18,7 +18,7 @@ def own_directory(tmp_path, monkeypatch):
 def test_the_names_reach_the_fit(monkeypatch):
     asked = []
 
-    def fit_table(satellite, session, settings, *, profiles, progress):
+    def fit_table(satellite, session, settings, *, profiles, **_):
         asked.append(profiles)
         raise InputError("enough")
 
@@ -31,14 +31,14 @@ def test_the_names_reach_the_fit(monkeypatch):
 @pytest.mark.parametrize(
     ("options", "reason"),
     [
-        (["--profile", "cells.imaxx"], "unknown parameter 'cells.imaxx'; did you mean cells.imax?"),
+        (["--profile", "imaxx"], "unknown parameter 'imaxx'; did you mean imax?"),
         (["--profile", "magnet"], "unknown parameter 'magnet'; did you mean magnet.x?"),
-        (["--profile", "gains"], "unknown parameter 'cells.gain'; did you mean cells.gain.+x?"),
+        (["--profile", "gains"], "unknown parameter 'gains'; did you mean gains.+x?"),
         (["--profile", ""], "unknown parameter ''"),
         # As the satellite's file has it, whose aliases are other words for the same.
         (
             ["--free", "state", "--profile", "imax"],
-            "cells.imax is not free in this fit and has no profile; free are att",
+            "imax is not free in this fit and has no profile; free are att",
         ),
     ],
 )
