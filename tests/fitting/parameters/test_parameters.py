@@ -64,9 +64,9 @@ NOMINAL = {"magnet.x": 0.3, "magnet.y": 0.0, "magnet.z": 0.04, "rods.y": 0.03, "
 NOMINAL |= dict(zip(INERTIA, (0.05, 0.06, 0.07, 0.001, -0.002, 0.003), strict=True))
 NOMINAL |= dict(zip(GAINS, (1.0, 1.1, 0.9, 1.0, 1.05, 0.95), strict=True))
 NOMINAL |= {"albedo.specular": 0.1, "albedo.diffuse": 0.3}
-SIGMA: dict[str, float] = dict.fromkeys((*MAGNET, "rods.y", "rods.z"), 0.05) | dict.fromkeys(
-    INERTIA, 0.15 * MEAN_INERTIA
-)
+SIGMA = {"imax": 0.048, "albedo.specular": 0.5, "albedo.diffuse": 0.5}
+SIGMA |= dict.fromkeys(GAINS, 0.1) | dict.fromkeys((*MAGNET, "rods.y", "rods.z"), 0.05)
+SIGMA |= dict.fromkeys(INERTIA, 0.15 * MEAN_INERTIA)
 
 
 def written(folder: Path, *, magnet="[0.3, 0.0, 0.04]", inertia=BODY, of_inertia=0.009, held=True) -> Satellite:
