@@ -84,6 +84,8 @@ class ChannelFit:
     delay_s: float | None
     """Of its stamps by the residuals, where the fit has none of its own."""
     delay_sigma_s: float | None
+    delay_name: str | None = None
+    """Of the parameter that is its delay, where the satellite file has another name for it."""
     breaks: tuple[Break, ...] = ()
     residuals: tuple[PanelResiduals, ...] = ()
     """Size, mean and memory of the residuals of each of its columns, of what was fitted."""

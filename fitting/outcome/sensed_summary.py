@@ -165,6 +165,7 @@ def _channels(found, best, seen, point, counted, informative) -> dict[str, Chann
     direct = direct_readings(best.problem, seen, panels) if panels else {}
     slices = columns_of(best.problem.groups)
     bright, denied = best.problem.telling(), contradicted(best.problem)
+    names = {leaf.place: leaf.name for leaf in found.parameters.leaves}
     for number, (group, columns) in enumerate(zip(best.problem.groups, slices, strict=True)):
         channel, rows = samples.channels[group.name], samples.values[group.name]
         own = np.flatnonzero(np.isfinite(rows).any(axis=1))
@@ -217,6 +218,7 @@ def _channels(found, best, seen, point, counted, informative) -> dict[str, Chann
             holdout=held,
             delay_s=delay[0] if delay else None,
             delay_sigma_s=delay[1] if delay else None,
+            delay_name=names.get(f"delays.{group.name}"),
             breaks=breaks,
             residuals=_memory(samples.t[own], residual, mask),
             misfits=misfits,

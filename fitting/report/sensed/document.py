@@ -132,10 +132,10 @@ def channel_document(channel: ChannelFit) -> dict[str, Any]:
 
 def delays(result: SensedResult) -> dict[str, dict[str, Any]]:
     """Stamp minus instant of each channel: as fitted, else as the residuals show it; s."""
-    fitted = {p.name: p for p in result.parameters if p.free and p.name.endswith(".delay")}
+    fitted = {p.name: p for p in result.parameters if p.free}
     found: dict[str, dict[str, Any]] = {}
     for name, channel in result.channels.items():
-        own = fitted.get(f"{name}.delay")
+        own = fitted.get(channel.delay_name or f"{name}.delay")
         if own is not None:
             found[name] = {"value": own.value, "sigma": own.sigma, "unit": own.unit, "from": "fit"}
         elif channel.delay_s is not None:

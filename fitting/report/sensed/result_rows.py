@@ -60,10 +60,10 @@ def worth_rows(result: SensedResult) -> list[tuple[str, str, str, str, str, str]
     free = {p.name for p in result.parameters if p.free}
     rows = []
     for name, value, sigma, unit, note in parameter_rows(result.parameters):
-        part = next((part for part in result.buys if name == part or name.startswith(f"{part}.")), None)
-        first = name in free and part is not None and part not in said
-        said |= {part} if first and part else set()
-        rows.append((name, value, sigma, unit, buys_text(result.buys[part]) if first and part else "", note))
+        part = next((part for part in result.buys if name == part or name.startswith(f"{part}.")), "")
+        first = name in free and part != "" and part not in said
+        said |= {part} if first else set()
+        rows.append((name, value, sigma, unit, buys_text(result.buys[part]) if first else "", note))
     return rows
 
 

@@ -60,12 +60,13 @@ BODY = [[0.05, 0.001, -0.002], [0.001, 0.06, 0.003], [-0.002, 0.003, 0.07]]
 INERTIA = ("inertia.xx", "inertia.yy", "inertia.zz", "inertia.xy", "inertia.xz", "inertia.yz")
 MAGNET = ("magnet.x", "magnet.y", "magnet.z")
 GAINS = ("gains.+x", "gains.-x", "gains.+y", "gains.-y", "gains.+z", "gains.-z")
-NOMINAL = dict(zip(MAGNET, (0.3, 0.0, 0.04), strict=True)) | {"rods.y": 0.03, "rods.z": 0.02, "imax": 0.24}
+NOMINAL = {"magnet.x": 0.3, "magnet.y": 0.0, "magnet.z": 0.04, "rods.y": 0.03, "rods.z": 0.02, "imax": 0.24}
 NOMINAL |= dict(zip(INERTIA, (0.05, 0.06, 0.07, 0.001, -0.002, 0.003), strict=True))
 NOMINAL |= dict(zip(GAINS, (1.0, 1.1, 0.9, 1.0, 1.05, 0.95), strict=True))
 NOMINAL |= {"albedo.specular": 0.1, "albedo.diffuse": 0.3}
-SIGMA = dict.fromkeys((*MAGNET, "rods.y", "rods.z"), 0.05) | dict.fromkeys(INERTIA, 0.15 * MEAN_INERTIA)
-SIGMA |= dict.fromkeys(GAINS, 0.1) | {"imax": 0.048, "albedo.specular": 0.5, "albedo.diffuse": 0.5}
+SIGMA = {"imax": 0.048, "albedo.specular": 0.5, "albedo.diffuse": 0.5}
+SIGMA |= dict.fromkeys(GAINS, 0.1) | dict.fromkeys((*MAGNET, "rods.y", "rods.z"), 0.05)
+SIGMA |= dict.fromkeys(INERTIA, 0.15 * MEAN_INERTIA)
 
 
 def written(folder: Path, *, magnet="[0.3, 0.0, 0.04]", inertia=BODY, of_inertia=0.009, held=True) -> Satellite:
