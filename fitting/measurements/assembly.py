@@ -17,6 +17,7 @@ from fitting.measurements.sky import Around, Sky, nodes_at, sky_at
 from jaxsat.environment import Commands
 from jaxsat.errors import InputError
 from jaxsat.integrators import StepGrid
+from jaxsat.math.sizes import few_sizes
 from jaxsat.satellites.model import Model
 from jaxsat.sensors import Panels
 from jaxsat.telemetry import Channel, TableSession
@@ -113,7 +114,7 @@ def build_sensed(
     commands = commands_of(model, samples)
     stops = None if commands is None or not free else commands.jumps()
     steps = len(StepGrid.through(t_whole, start=t_whole[0], max_step=min(room_for, max_step), stops=stops).step)
-    pad_samples, pad_steps = room(len(t_whole), PAD_SAMPLES), room(steps, PAD_STEPS)
+    pad_samples, pad_steps = few_sizes(len(t_whole), PAD_SAMPLES), few_sizes(steps, PAD_STEPS)
     grid = StepGrid.through(t, start=t[0], max_step=max_step, stops=stops, pad_samples=pad_samples, pad_steps=pad_steps)
     extra = len(grid.sample_index) - len(t)
     padded_t = np.pad(t, (0, extra), mode="edge")
@@ -154,12 +155,6 @@ def _part(sky: Sky, t: np.ndarray, begin: float, count: int) -> Sky:
     """The sky at the samples from `begin` on: the same, or the last of them and then the very last again."""
     index = np.minimum(np.searchsorted(t, begin) + np.arange(count), len(t) - 1)
     return jax.tree.map(lambda leaf: leaf if index[0] == 0 else np.asarray(leaf)[index], sky)
-
-
-def room(count: int, pad: int) -> int:
-    """Size for which programs are compiled: of sizes a few to an octave, so that like sessions share them."""
-    step = max(pad, 1 << max(count.bit_length() - 3, 0))
-    return -(-count // step) * step
 
 
 def commands_of(model: Model, samples: Samples) -> Commands | None:

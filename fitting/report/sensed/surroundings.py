@@ -13,7 +13,6 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.measurements.abstract import PAD_SAMPLES
-from fitting.measurements.assembly import room
 from fitting.measurements.sky import Around
 from fitting.orbit.orbit_fit import OrbitFit
 from fitting.outcome.sensed_result import SensedResult
@@ -21,6 +20,7 @@ from fitting.report.orbit_document import FRAME, orbit_document
 from fitting.report.scene import Sky, scene_document, sky_over
 from fitting.stored import Stored
 from jaxsat.environment import AbstractOrbit, KeplerOrbit, elements_from_state
+from jaxsat.math.sizes import few_sizes
 from jaxsat.time import Epoch
 
 
@@ -38,7 +38,7 @@ class Surroundings:
         """Those at times after the epoch [s]."""
         t = np.asarray(t_s, float)
         # Of few sizes, so that a session of another length finds its program.
-        padded = np.pad(t, (0, room(len(t), PAD_SAMPLES) - len(t)), mode="edge")
+        padded = np.pad(t, (0, few_sizes(len(t), PAD_SAMPLES) - len(t)), mode="edge")
         position, velocity, revolution = states(around.orbit, padded)
         position, velocity = (np.asarray(array)[: len(t)] for array in (position, velocity))
         sky = sky_over(around, revolution, (float(t[0]), float(t[-1])), partial(around.sun_eci, epoch))

@@ -8,7 +8,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from fitting.report.rows import strong_correlations
+from fitting.report.rows import STRONG_CORRELATION, strong_correlations
 from fitting.report.sensed.result_rows import (
     CHANNEL_COLUMNS,
     CHANNEL_NUMBERS,
@@ -59,9 +59,13 @@ def sensed_summary(result: "SensedResult", name: str, rejections: Iterable["Reje
     parts.append(facts)
     strong = strong_correlations({a: dict(row) for a, row in result.correlations.items()})
     if strong:
-        pairs = ", ".join(f"{a} and {b} {value:+.3f}" for a, b, value in strong[:SHOWN_PAIRS])
-        more = f" and {count_text(len(strong) - SHOWN_PAIRS, 'pair')} more" if len(strong) > SHOWN_PAIRS else ""
-        parts.append(Padding(Text(f"strongly correlated: {pairs}{more}"), (1, 0, 0, 0)))
+        table = plain_table("strongly correlated", "with", "correlation", right=(2,))
+        for a, b, value in strong[:SHOWN_PAIRS]:
+            table.add_row(a, b, f"{value:+.3f}")
+        parts.append(table)
+        if len(strong) > SHOWN_PAIRS:
+            more = count_text(len(strong) - SHOWN_PAIRS, "pair")
+            parts.append(Text(f"and {more} more beyond ±{STRONG_CORRELATION} in fit.json\n", style="dim"))
     parts += [Text.assemble(("- ", "yellow"), f"{remark[:1].upper()}{remark[1:]}.") for remark in result.remarks]
     return Group(*parts)
 

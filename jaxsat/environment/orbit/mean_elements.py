@@ -8,7 +8,8 @@ from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 from sgp4.api import SGP4_ERRORS, Satrec
 
-from jaxsat.environment.orbit.sampled import WINDOW, SampledOrbit
+from jaxsat.environment.orbit.sampled import LEAST_INTERVALS, WINDOW, SampledOrbit
+from jaxsat.math.sizes import few_sizes
 from jaxsat.time import SECONDS_PER_DAY, Epoch, equinox_difference
 
 _METRES_PER_KM = 1e3
@@ -27,7 +28,8 @@ def sgp4_orbit(
     """
     if not (stop > start and step > 0.0):
         raise ValueError(f"start, stop and step must satisfy start < stop and step > 0, got {start}, {stop}, {step}")
-    intervals = max(math.ceil((stop - start) / step), WINDOW - 1)
+    # Of few sizes, so that spans of other lengths share what is compiled for an orbit.
+    intervals = few_sizes(max(math.ceil((stop - start) / step), WINDOW - 1), LEAST_INTERVALS)
     t_s = np.linspace(start, stop, intervals + 1)
     position, velocity = true_from_teme(*teme_states(satellite, epoch, t_s), epoch, t_s)
     return SampledOrbit(start, (stop - start) / intervals, position, velocity)

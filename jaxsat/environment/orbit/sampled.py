@@ -14,6 +14,8 @@ from jaxsat.environment.orbit.abstract import AbstractOrbit
 
 WINDOW = 4
 """Samples that one polynomial passes through: with position and velocity at each its degree is seven."""
+LEAST_INTERVALS = 16
+"""Numbers of intervals of an orbit that is sampled for a span are multiples of it: see `few_sizes`."""
 # A time this fraction of a step beyond the ends still counts as inside: sums of steps end a rounding error later.
 _SLACK = 1e-6
 

@@ -12,8 +12,10 @@ from sgp4.api import Satrec
 from jaxsat.constants import EARTH_MU
 from jaxsat.environment import AbstractOrbit, KeplerOrbit, SampledOrbit, sgp4_orbit
 from jaxsat.environment.orbit.mean_elements import true_from_teme
+from jaxsat.environment.orbit.sampled import LEAST_INTERVALS
 from jaxsat.errors import InputError
 from jaxsat.frames import dcms_eci_from_gcrf
+from jaxsat.math.sizes import few_sizes
 from jaxsat.satellites.satellite import Satellite
 from jaxsat.satellites.sections.session import Elements
 from jaxsat.telemetry.ccsds.oem import OrbitEphemeris, read_oem
@@ -126,7 +128,7 @@ def _from_ephemeris(
     low, high = inside[0] - _NODES if inside.size else 0, inside[-1] + _NODES + 1 if inside.size else t.size
     used = slice(max(int(low), 0), min(int(high), t.size))
     position, velocity = _to_date(segment, epoch, t[used], used, path)
-    count = max(math.ceil((stop - start) / _STEP_S), _NODES)
+    count = few_sizes(max(math.ceil((stop - start) / _STEP_S), _NODES), LEAST_INTERVALS)
     grid = np.linspace(start, stop, count + 1)
     return SampledOrbit(start, (stop - start) / count, *_resampled(grid, t[used], position, velocity))
 

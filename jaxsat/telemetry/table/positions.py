@@ -8,7 +8,9 @@ from scipy.interpolate import make_interp_spline
 
 from jaxsat.constants import EARTH_MU
 from jaxsat.environment import SampledOrbit
+from jaxsat.environment.orbit.sampled import LEAST_INTERVALS
 from jaxsat.errors import InputError
+from jaxsat.math.sizes import few_sizes
 
 _SPACING_S, _STEP_S = 60.0, 30.0
 _DEGREE = 5
@@ -43,7 +45,7 @@ def orbit_through(
         raise InputError(f"positions have a hole of {hole:.0f} s", file=file, field="orbit.columns")
     spline = make_interp_spline(t, position, k=_DEGREE)
     speed = spline.derivative()
-    count = max(math.ceil((stop - start) / _STEP_S), _DEGREE)
+    count = few_sizes(max(math.ceil((stop - start) / _STEP_S), _DEGREE), LEAST_INTERVALS)
     grid = np.linspace(start, stop, count + 1)
     inside = np.clip(grid, t[0], t[-1])
     position, velocity = _flown(spline(inside), speed(inside), grid - inside)
