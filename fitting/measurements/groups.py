@@ -1,4 +1,4 @@
-"""Which measurements of a sample stand or fall together: one sensor's readings at one instant, or each by itself."""
+"""Which measurements of a sample stand or fall together: one sensor's readings at one instant."""
 
 import math
 from dataclasses import dataclass
@@ -24,8 +24,6 @@ class Group:
     name: str
     width: int
     """Columns."""
-    together: bool = True
-    """Whether what is wrong with one reading of a sample is wrong with all: else each is robust by itself."""
     loss: str | None = None
     """`normal` or `student` where no sample of it may be an outlier, whatever the fit allows others."""
 

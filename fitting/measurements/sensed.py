@@ -19,6 +19,7 @@ from jaxsat.environment import OrbitTable
 from jaxsat.integrators import StepGrid
 from jaxsat.math import quaternion
 from jaxsat.satellites.model import Model, with_values
+from jaxsat.sensors.view import View
 from jaxsat.simulate import simulate_on_grid
 from jaxsat.spacecraft import Spacecraft
 from jaxsat.torques.hysteresis import lag_from_induction
@@ -66,19 +67,19 @@ class SensedProblem(AbstractProblem):
     def telling(self) -> np.ndarray:
         return np.asarray(self.bright)
 
-    def readings(
+    def views(
         self,
         model: Model,
         sky: Sky,
         attitude: Float[Array, "4"],
         rate: Float[Array, "3"],
         acceleration: Float[Array, "3"],
-    ) -> dict[str, Array]:
-        """Noise-free readings of every sensor at one sample, late stamps minded, SI."""
+    ) -> dict[str, View]:
+        """What every sensor saw at one sample, late stamps minded."""
         found = {}
         for group in self.of_sensors:
             late = jnp.asarray(model.delays[group.name]) if group.name in self.delayed else None
-            found[group.name] = model.sensors[group.name](sky.view(attitude, rate, acceleration, model.albedo, late))
+            found[group.name] = sky.view(attitude, rate, acceleration, model.albedo, late)
         return found
 
     def predict_blocks(
@@ -200,8 +201,11 @@ def _whitened(
         attitude = quaternion.multiply(jnp.asarray(motion.quaternion), quaternion.from_rotation_vector(turn))
         acceleration = jnp.asarray(motion.acceleration)
         acceleration = acceleration + more[0] if more else acceleration
-        modelled = problem.readings(model, sky, attitude, motion.angular_velocity + spin, acceleration)
-        found = [model.sensors[name].difference(reading, measured[name]) for name, reading in modelled.items()]
+        views = problem.views(model, sky, attitude, motion.angular_velocity + spin, acceleration)
+        found = []
+        for name, view in views.items():
+            sensor = model.sensors[name]
+            found.append(sensor.difference(sensor(view), measured[name]) * sensor.sharpness(view))
         residual = jnp.where(known, jnp.concatenate(found) / problem.sigma, 0.0)
         return residual, residual
 

@@ -51,7 +51,8 @@ def _read(
     slope = jnp.asarray(jnp.gradient(w, axis=0)) / jnp.maximum(between, 1e-9)[:, None]
 
     def one(q, w, acceleration, sky):
-        return problem.readings(model, sky, q, w, acceleration)
+        views = problem.views(model, sky, q, w, acceleration)
+        return {name: model.sensors[name](view) for name, view in views.items()}
 
     return jax.vmap(one)(q, w, slope, jax.tree.map(jnp.asarray, problem.sky))
 

@@ -14,14 +14,10 @@ from jaxtyping import Array, Bool, Float, Int
 
 from fitting.measurements.abstract import PAD_SAMPLES, AbstractProblem, Prediction
 from fitting.measurements.floor import at_floor
-from fitting.measurements.groups import Groups, columns_of, over_columns
+from fitting.measurements.groups import Groups, columns_of
 from fitting.parameters.names import STATE
 from fitting.solvers.positive import solve_positive
 from jaxsat.math import quaternion
-
-SEPARATE_SCALE = 5.0
-"""Residual in sigmas beyond which a reading that stands by itself, as a limb angle, always counts linearly: no state of
-a sample covers its outliers."""
 
 FINISHED_DECREMENT = 1e-4
 """Cost below which a further step is not worth its time."""
@@ -106,24 +102,18 @@ def normal_equations(
     """Cost, gradient and Gauss-Newton matrix of some samples; `floor` is that of `Problem`.
 
     The loss of a sample is that of each group: what is wrong with its currents, as a limited charge current, is nothing
-    to its limb angles, which are robust each by itself.
+    to its limb angles.
     """
     scale = jnp.asarray(settings.robust_scale)
-    separate = over_columns(np.array([not group.together for group in groups]), groups)
-    scale = jnp.where(separate, jnp.minimum(scale, SEPARATE_SCALE), scale)[None, :]
     square, slope, curvature = at_floor(r, floor)
     loss = robust_loss(square, scale) * weight
     weight = weight / jnp.sqrt(1.0 + square / scale**2)
     cost, weights = jnp.zeros((), r.dtype), []
     for group, columns in zip(groups, columns_of(groups), strict=True):
-        of_group = loss[:, columns]
-        if group.together:
-            ceiling = jnp.asarray(settings.ceiling) * group.limit
-            tail = jnp.asarray(float(group.width) if group.loss == "student" else settings.tail)
-            of_samples, of_sample = sample_loss(jnp.sum(of_group, axis=1), tail, ceiling)
-            cost, weights = cost + 0.5 * jnp.sum(of_samples), [*weights, weight[:, columns] * of_sample[:, None]]
-        else:
-            cost, weights = cost + 0.5 * jnp.sum(of_group), [*weights, weight[:, columns]]
+        ceiling = jnp.asarray(settings.ceiling) * group.limit
+        tail = jnp.asarray(float(group.width) if group.loss == "student" else settings.tail)
+        of_samples, of_sample = sample_loss(jnp.sum(loss[:, columns], axis=1), tail, ceiling)
+        cost, weights = cost + 0.5 * jnp.sum(of_samples), [*weights, weight[:, columns] * of_sample[:, None]]
     weight = jnp.concatenate(weights, axis=1)
     flat_j = J.reshape(-1, J.shape[-1])
     weighted_j = (J * (weight * curvature)[..., None]).reshape(flat_j.shape)

@@ -3,14 +3,13 @@
 from dataclasses import dataclass
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from fitting.measurements.abstract import AbstractProblem
 from fitting.measurements.groups import Groups, of_groups, over_columns
 from fitting.outcome.uncertainty import at_bound, covariance, promised_saving
 from fitting.parameters.free import FreeParameters
-from fitting.solvers.least_squares import FINISHED_DECREMENT, SEPARATE_SCALE, Point, robust_loss
+from fitting.solvers.least_squares import FINISHED_DECREMENT, Point
 from fitting.starts.multi_start import NONE, Progress, Stage, Starts, distinct, solve
 
 MAX_LEFT_OUT = 0.35
@@ -114,9 +113,8 @@ def refine(
     # To the end: what is still on its way must not choose which samples are left out.
     points = settle(run(0, stage, chosen.x, chosen.reference, weight), 0, stage, weight)
     groups = problem.groups
-    together = np.array([group.together for group in groups])
     limits = np.array([group.limit for group in groups])
-    used = (of_groups(weight, groups) > 0) & together
+    used = of_groups(weight, groups) > 0
     bright = used & problem.telling()
     limited, hopeless = np.zeros(used.shape, bool), np.zeros(count, bool)
     for number, share in enumerate(shares, start=1):
@@ -140,9 +138,7 @@ def refine(
         points = settle(points, rounds - 1, stage, kept)
         of_samples = _sample_squares(points, weight, groups)
     x, reference = np.asarray(points.x), np.asarray(points.reference)
-    score = 0.5 * (np.minimum(of_samples, limits) * together).sum(axis=(1, 2))
-    squares = np.asarray(robust_loss(jnp.asarray(points.prediction.residual) ** 2, np.asarray(SEPARATE_SCALE))) * weight
-    score = score + 0.5 * (squares * over_columns(~together, groups)).sum(axis=(1, 2))
+    score = 0.5 * np.minimum(of_samples, limits).sum(axis=(1, 2))
     score = score + 0.5 * (x[:, 6:] ** 2).sum(axis=1)
     order = distinct(Starts(x, reference, score), attitude=0.02, rate=2e-3)
     progress("refining", rounds, rounds)

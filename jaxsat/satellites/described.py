@@ -80,7 +80,7 @@ def described(
     # A magnet of no length holds nothing.
     tables["gauge"]["hold"] = [name for name in tables["gauge"]["hold"] if name != "magnet" or craft.magnet().any()]
     if limb_sigma_deg is not None:
-        tables["sensors"][LIMB] = {"kind": "limb", "earth_radius_km": earth_radius_km}
+        tables["sensors"][LIMB] = {"kind": "limb", "earth_radius_km": earth_radius_km, "noise": "sphere"}
         angles = {"columns": ["distance_deg", "turn_deg"], "unit": "deg", "sigma": limb_sigma_deg}
         tables["channels"][LIMB] = angles
     return satellite_of(tables, MUNIN_SATELLITE)

@@ -35,6 +35,10 @@ class AbstractSensor(eqx.Module):
         """What a fit makes small; a quaternion or an angle differs on its sphere."""
         return modelled - reading
 
+    def sharpness(self, view: View) -> float | Float[Array, " differences"]:
+        """What the stated noise is over that of each difference: below 1 where the sensor tells it worse."""
+        return 1.0
+
     def noisy(self, reading: Float[Array, " channels"], sigma: Size, key: PRNGKeyArray) -> Float[Array, " channels"]:
         """A mean reading with noise of `sigma` on each channel, as the sensor itself sends it."""
         return normal_noise(reading, sigma, key)

@@ -61,6 +61,9 @@ class LimbSensor(AbstractSensor):
     """Rotation vector of the sensor's axes from those of the body [rad]."""
     axes: Float[Array, "3 3"] = eqx.field(converter=float_array, default=BODY_AXES)
     """Rows are the directions x, y and z of the angles."""
+    on_sphere: bool = eqx.field(static=True, default=False)
+    """Whether the noise of the turn is that of an angle on the sphere, as that of the distance: a degree of turn moves
+    the limb by less the nearer x is to the nadir."""
 
     def __call__(self, view: View) -> Float[Array, "2"]:
         nadir = columns_of(self.axes, in_sensor(self.turn, view.nadir))
@@ -69,3 +72,10 @@ class LimbSensor(AbstractSensor):
     def difference(self, modelled: Float[Array, "2"], reading: Float[Array, "2"]) -> Float[Array, "2"]:
         """The turn the shorter way round [rad]."""
         return shorter_way(modelled - reading)
+
+    def sharpness(self, view: View) -> float | Float[Array, "2"]:
+        """Sine of angle(x, nadir) for the turn: where x points at the nadir there is none, and nothing is asked."""
+        if not self.on_sphere:
+            return 1.0
+        _, y, z = columns_of(self.axes, in_sensor(self.turn, view.nadir))
+        return jnp.stack([jnp.ones_like(y), safe_norm(jnp.stack([y, z]))])

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from fitting.sensed_run import chosen_leaves
-from fitting.settings import PriorSigma
 from jaxsat.bundled import MUNIN_SATELLITE
 from jaxsat.errors import InputError
-from jaxsat.satellites import Satellite, read_satellite
+from jaxsat.satellites import Satellite, read_numbers, read_satellite
+from jaxsat.satellites.described import PriorSigma, described
 from jaxsat.satellites.model import nominal_values
 from jaxsat.satellites.numbers import MUNIN
 
@@ -103,3 +103,30 @@ def test_what_is_no_name_is_told(munin, bad):
 
 def test_by_default_the_same_is_free(munin):
     assert set(chosen_leaves(munin.leaves, None)) == MAGNET | RODS | {"imax"} | INERTIA | ALBEDO
+
+
+def test_other_numbers_stand_in_the_same_places():
+    numbers = read_numbers(
+        changed={
+            "spacecraft.magnet_modulus_A_m2": 0.4,
+            "spacecraft.magnet_azimuth_deg": 90.0,
+            "spacecraft.rods_A_m2": [0.01, 0.02],
+            "spacecraft.reference_field_T": 6.0e-5,
+            "spacecraft.imax_mA": 250.0,
+            "spacecraft.gains": [1.0, 1.1, 1.2, 1.3, 1.4, 1.5],
+            "spacecraft.inertia_kg_m2": {"xx": 0.05, "yy": 0.06, "zz": 0.07, "xy": 1e-3, "xz": 2e-3, "yz": 3e-3},
+            "albedo.specular": 0.3,
+            "albedo.diffuse": 0.1,
+            "spacecraft.panel_tilts_deg": [[0.0, 0.0], [0.0, 2.0], [0.0, 0.0], [-1.0, 0.0], [0.0, 0.0], [0.0, 0.0]],
+        },
+    )
+    found = described(numbers)
+    spots = [leaf.spot for leaf in found.leaves]
+    values = dict(zip((leaf.name for leaf in found.leaves), nominal_values(found.model, spots), strict=True))
+    expected = {"magnet.x": 0.0, "magnet.y": 0.4, "magnet.z": 0.0, "imax": 0.25, "albedo.specular": 0.3}
+    expected |= {"albedo.diffuse": 0.1, "gains.+x": 1.0, "gains.-y": 1.3, "gains.-z": 1.5, "inertia.yz": 3e-3}
+    # Moments in the field in which results quote them: half of those at twice the field.
+    expected |= {"rods.y": 0.005, "rods.z": 0.01, "inertia.yy": 0.06, "inertia.xy": 1e-3, "inertia.xz": 2e-3}
+    expected |= {"tilts.-x.z": np.radians(2.0), "tilts.-y.x": np.radians(-1.0), "tilts.+x.y": 0.0}
+    for name, value in expected.items():
+        assert values[name] == pytest.approx(value, abs=1e-15), name

@@ -1,6 +1,6 @@
 """Sensors of the Earth in a satellite file."""
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
@@ -19,6 +19,9 @@ class LimbKeys(TurnedKeys):
     whole_axes: ClassVar[bool] = True
     earth_radius_km: PositiveScalar = plain(6371.2)
     """Up to the limb as the sensor sees it."""
+    noise: Literal["angles", "sphere"] = "angles"
+    """What the channel's sigma is of: of both angles as they are, or of angles on the sphere, so that a turn about a
+    direction near the nadir is known the less."""
 
     @property
     def columns(self) -> int | None:
@@ -37,7 +40,9 @@ class LimbKeys(TurnedKeys):
             loose=2e4,
             lower=0.0,
         )
-        return LimbSensor(earth_radius=np.asarray(self.earth_radius_km.value * 1e3), **turned)
+        return LimbSensor(
+            earth_radius=np.asarray(self.earth_radius_km.value * 1e3), on_sphere=self.noise == "sphere", **turned
+        )
 
 
 class HorizonVectorKeys(TurnedKeys):

@@ -26,6 +26,8 @@ from jaxsat.sensors.abstract import AbstractSensor
 from jaxsat.sensors.view import View
 from jaxsat.time import Epoch
 
+LEAST_SHARP = 1e-3
+"""Share of a sensor's sharpness below which its noise grows no more."""
 Columns = Mapping[str, tuple[np.ndarray, np.ndarray]]
 """Times [s] and values by column, SI."""
 
@@ -82,7 +84,8 @@ def _views(albedo, around, motion, sun, measured):
 def _read(sensor: AbstractSensor, seen: View, sigma, key):
     keys = jax.random.split(key, seen.time.shape[0])
     mean = jax.vmap(lambda view: sensor(view))(seen)
-    return mean, jax.vmap(lambda reading, key: sensor.noisy(reading, sigma, key))(mean, keys)
+    own = jax.vmap(lambda view: sigma / jnp.maximum(sensor.sharpness(view), LEAST_SHARP))(seen)
+    return mean, jax.vmap(sensor.noisy)(mean, own, keys)
 
 
 def sent(

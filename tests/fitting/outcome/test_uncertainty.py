@@ -9,10 +9,8 @@ from fitting.outcome.uncertainty import (
     correlations,
     covariance,
     field_angle_sigma,
-    physical_covariance,
     vector_sigma,
 )
-from fitting.parameters.names import MODEL, NAMED, STATE
 
 RNG = np.random.default_rng(0)
 
@@ -49,29 +47,6 @@ def test_directions_that_the_data_do_not_see_are_infinite():
 
 def test_covariance_of_no_unknown_is_zero():
     assert not np.any(covariance(information(3), np.zeros(3, bool)))
-
-
-def test_physical_covariance_has_the_units_of_the_names():
-    cov = np.linalg.inv(information(8))
-    jacobian = np.zeros((len(NAMED), 2))
-    jacobian[MODEL.index("magnet.y"), 0] = 0.05
-    jacobian[MODEL.index("imax"), 1] = 0.048
-    names, physical = physical_covariance(jacobian, cov)
-    assert names == [*STATE, *NAMED]
-    sigma = dict(zip(names, np.sqrt(np.diagonal(physical)), strict=True))
-    root = np.sqrt(np.diagonal(cov))
-    assert sigma["attitude.y"] == pytest.approx(np.degrees(root[1]))
-    assert sigma["rate.z"] == pytest.approx(np.degrees(root[5]) / 60.0)  # rad per minute inside
-    assert sigma["magnet.y"] == pytest.approx(0.05 * root[6])
-    assert sigma["imax"] == pytest.approx(48.0 * root[7])  # mA
-    assert sigma["rods.y"] == 0.0
-    a, b = names.index("attitude.x"), names.index("imax")
-    assert physical[a, b] / (sigma["attitude.x"] * sigma["imax"]) == pytest.approx(cov[0, 7] / (root[0] * root[7]))
-
-    cov[6, :], cov[:, 6], cov[6, 6] = 0.0, 0.0, np.inf
-    _, physical = physical_covariance(jacobian, cov)
-    diagonal = dict(zip(names, np.diagonal(physical), strict=True))
-    assert diagonal["magnet.y"] == np.inf and np.isfinite(diagonal["imax"]) and not np.any(np.isnan(physical))
 
 
 def test_correlations_name_each_pair_of_free_parameters_once():

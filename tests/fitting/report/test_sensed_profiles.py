@@ -5,12 +5,12 @@ import json
 
 import numpy as np
 import pytest
-from fitting.report.sensed.rows import sensed_facts, unseen_rows
 from made_up_fit import make_sensed_result, write_made_up
 
 from fitting.parameters.null_space import Direction
 from fitting.profile.profile import Profile
 from fitting.report.sensed.profiles import profile_pictures
+from fitting.report.sensed.result_rows import sensed_facts, unseen_rows
 from fitting.report.stored_run import SensedRun, read_run
 
 VALUES = np.linspace(247.0, 255.0, 9)

@@ -1,23 +1,13 @@
-"""Where a search begins, and starts carried from there to the first sample."""
-
-import json
-from pathlib import Path
+"""Where a search begins, how its arcs grow, and starts carried from there to the first sample."""
 
 import numpy as np
 import pytest
 
+from fitting.identify import FIRST_ARC, arc_ends
 from fitting.measurements.abstract import RATE_UNIT
-from fitting.parameters.names import parse_free
-from fitting.parameters.nominal import nominal_model
-from fitting.parameters.parametrization import parametrization
-from fitting.session import prepare_session
-from fitting.settings import PriorSigma
+from fitting.starts.carry import carried_back
 from fitting.starts.multi_start import Starts
-from fitting.starts.stretches import carried_to, longest_stretch
-from jaxsat.satellites import read_satellite
-from jaxsat.telemetry import read_telemetry
-
-SESSION = Path(__file__).parents[3] / "jaxsat" / "data" / "munin" / "a-nominal-exact.RAW_SUN"
+from fitting.starts.stretches import longest_stretch
 
 
 def lit_between(t, *stretches):
@@ -40,20 +30,39 @@ def test_lost_samples_are_no_shadow():
 
 
 @pytest.mark.slow
-def test_the_true_motion_is_carried_back_to_its_start():
+def test_the_true_motion_is_carried_back_to_its_start(munin_case):
     """From the truth of another program at a sample after the shadow to that at the first one."""
-    samples = prepare_session(read_telemetry(SESSION)).observations()
-    truth = json.loads(SESSION.with_suffix(".truth.json").read_text())
-    parameters = parametrization(nominal_model(read_satellite()), parse_free("rods"), PriorSigma())
-    begin = 65
-    x = np.zeros((2, 8))
-    x[:, 3:6] = np.array(truth["w"][begin]) / RATE_UNIT
+    case = munin_case("a-nominal-exact", ("rods",))
+    parameters, truth, begin = case.parameters, case.truth, 65
+    x = np.zeros((2, len(parameters.names)))
+    x[:, 3:6] = truth.w[begin] / RATE_UNIT
     x[1, 3] = np.nan
-    starts = Starts(x, np.array([truth["q"][begin]] * 2), np.array([1.0, 2.0]))
-    found = carried_to(starts, parameters, samples, begin, 8.0)
+    starts = Starts(x, np.array([truth.q[begin]] * 2), np.array([1.0, 2.0]))
+    found = carried_back(starts, parameters, case.samples, begin, case.problem.model, case.around, 8.0)
     # The second start is none any more, and is left behind.
     assert len(found.cost) == 1 and found.cost[0] == 1.0
-    overlap = abs(float(found.reference[0] @ np.array(truth["q"][0])))
+    overlap = abs(float(found.reference[0] @ truth.q[0]))
     assert np.degrees(2.0 * np.arccos(min(overlap, 1.0))) < 0.1
-    np.testing.assert_allclose(found.x[0, 3:6] * RATE_UNIT, truth["w"][0], atol=2e-6)
+    np.testing.assert_allclose(found.x[0, 3:6] * RATE_UNIT, truth.w[0], atol=2e-6)
     assert not found.x[0, :3].any() and not found.x[0, 6:].any()
+
+
+@pytest.mark.parametrize("dark", ["none", "before", "between", "after"])
+@pytest.mark.parametrize("count", [7, 8, 9, 20, 51, 400])
+def test_arcs_grow_to_the_whole_session(count, dark):
+    lit, shadow = np.ones(count, bool), np.zeros(15, bool)
+    lit = {
+        "none": lit,
+        "before": np.concatenate([shadow, lit]),
+        "between": np.insert(lit, count // 2, shadow),
+        "after": np.concatenate([lit, shadow]),
+    }[dark]
+    last = len(lit) - 1
+    ends = arc_ends(np.flatnonzero(lit), last)
+    assert ends[-1] == last and all(0 <= end <= last for end in ends)
+    assert all(isinstance(end, int) for end in ends)
+    assert ends == sorted(set(ends))
+    held = [int(lit[: end + 1].sum()) for end in ends]
+    assert held[0] >= min(FIRST_ARC, count)
+    # No arc is more than twice the one before: the next rate must lie inside the basin of the last.
+    assert all(after <= 2 * before for before, after in zip(held, held[1:], strict=False))
