@@ -60,6 +60,7 @@ class TrueMinimum:
         if samples is not None:
             cut = {name: rows[:samples] for name, rows in whole.values.items()}
             data = dataclasses.replace(whole, t=whole.t[:samples], values=cut)
+        self.samples = data
         around, _ = surroundings(satellite, session)
         self.problem = build_sensed(data, model, around, delayed=(), max_step=32.0, room_for=ROOM_S, whole=whole)
         names = chosen_leaves(leaves, free, satellite.aliases)

@@ -8,7 +8,7 @@ import pytest
 from satellite_text import BODY, MAG
 
 from jaxsat.errors import InputError
-from jaxsat.satellites import Satellite, SatelliteNumbers, read_satellite
+from jaxsat.satellites import Satellite, read_numbers, read_satellite
 from jaxsat.satellites.model import nominal_values, with_values
 
 
@@ -419,9 +419,12 @@ def test_all_wrong_keys_are_told_at_once(file):
         assert field in line, field
 
 
-def test_files_of_munins_numbers_are_what_they_were(file):
-    found = read_satellite(file("[spacecraft]\nimax_mA = 230.0\n"))
-    assert isinstance(found, SatelliteNumbers) and found.spacecraft.imax_mA == 230.0
+def test_files_of_munins_numbers_give_a_satellite_too(file):
+    path = file("[spacecraft]\nimax_mA = 230.0\n")
+    assert read_numbers(path).spacecraft.imax_mA == 230.0
+    found = read_satellite(path)
+    assert found.name == "Munin"
+    assert float(found.model.sensors["cells"].max_current) == pytest.approx(0.23)
 
 
 def test_diodes_that_send_elevations_have_gains_and_tilts_by_their_faces(file):
