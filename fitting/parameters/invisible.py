@@ -3,16 +3,17 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 
-from fitting.parameters.free import INERTIA_PLACE, FreeParameters
-from fitting.parameters.transforms import ENTRIES, tensor_of
-from jaxsat.satellites.model import Model
+from fitting.parameters.free import MODULUS, FreeParameters
+from fitting.parameters.transforms import ENTRIES, polar_from_dipole, tensor_of
+from jaxsat.satellites.model import INERTIA_PLACE, MAGNET_PLACE, POLAR_PLACE, Model
 
-MAGNET_PLACE = "spacecraft.magnet"
 PRIORS = "the priors"
 """What holds a change where no gauge does."""
-SIZES = ("spacecraft.magnet", "spacecraft.rods.moments", "spacecraft.hysteresis_rods.volumes", "spacecraft.parts.")
+SIZES = (MAGNET_PLACE, "spacecraft.rods.moments", "spacecraft.hysteresis_rods.volumes", "spacecraft.parts.")
 """Where numbers stand to which a torque, or a wheel's momentum, is in proportion."""
 LOOP_FIELDS = ("remanence", "saturation", "induction")
 """Flux densities of hysteresis rods, which scale their torque together where the volumes are known."""
@@ -31,7 +32,11 @@ class Change:
 
 def invisible_changes(parameters: FreeParameters, values: np.ndarray, model: Model) -> list[Change]:
     """What may be invisible with these free parameters about these `values` [leaves, SI]."""
-    free = np.isin(np.arange(len(parameters.leaves)), parameters.columns)
+    leaves = parameters.leaves
+    free = np.isin(np.arange(len(leaves)), parameters.columns)
+    if any(leaves[k].spot == MODULUS for k in np.flatnonzero(free)):
+        # It scales all of the vector.
+        free |= np.array([leaf.place == MAGNET_PLACE for leaf in leaves])
     scale = _common_scale(parameters, values, model, free)
     return [*([] if scale is None else [scale]), *_light_scales(parameters, values, free), *_turns(parameters, values)]
 
@@ -51,11 +56,12 @@ def _common_scale(parameters: FreeParameters, values: np.ndarray, model: Model, 
         return None
     kinds = dict.fromkeys(parameters.leaves[k].name.split(".")[0] for k in np.flatnonzero(free & sizes))
     name = " and ".join(", ".join(["inertia", *kinds]).rsplit(", ", 1))
+    length = np.array([leaf.spot == MODULUS for leaf in parameters.leaves])
     # Under the gauge the magnet alone is rescaled, so that its length is what does not count.
     part = places == MAGNET_PLACE if gauged else inertia | sizes
     modulus = float(np.linalg.norm(values[places == MAGNET_PLACE]))
     held = f"|magnet| = {modulus:.6g} A m2" if gauged else PRIORS
-    return Change(f"common scale of {name}", held, np.where(part, values, 0.0))
+    return Change(f"common scale of {name}", held, np.where(part | length, values, 0.0))
 
 
 def _sizes(places: np.ndarray, values: np.ndarray, free: np.ndarray) -> np.ndarray:
@@ -100,6 +106,10 @@ def _turns(parameters: FreeParameters, values: np.ndarray) -> Iterator[Change]:
             own = np.flatnonzero(places == place)
             if place == MAGNET_PLACE or (place.startswith("spacecraft.parts.") and place.endswith(".torque")):
                 change[own] = np.cross(unit, values[own])
+            elif place == POLAR_PLACE:
+                dipole = values[places == MAGNET_PLACE]
+                turning = jnp.asarray(np.cross(unit, dipole))
+                change[own] = np.asarray(jax.jvp(polar_from_dipole, (jnp.asarray(dipole),), (turning,))[1])
             elif place == INERTIA_PLACE and len(own) == len(ENTRIES[0]):
                 tensor, matrix = tensor_of(values[own]), np.cross(np.eye(3), unit)
                 change[own] = (matrix @ tensor - tensor @ matrix)[ENTRIES]

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from fitting.parameters.free import INERTIA_PLACE, FreeParameters
+from fitting.parameters.free import FreeParameters
 from fitting.parameters.invisible import PRIORS, invisible_changes
 from fitting.parameters.names import STATE
-from jaxsat.satellites.model import Model
+from jaxsat.satellites.model import INERTIA_PLACE, Model
 
 BLIND = 1e-3
 """Information of the data over that of the prior below which they say nothing: a sigma of thirty prior ones."""

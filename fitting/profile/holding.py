@@ -3,9 +3,11 @@
 import numpy as np
 
 from fitting.outcome.uncertainty import covariance
-from fitting.parameters.free import INERTIA_PLACE, FreeParameters, Gauge
+from fitting.parameters.free import MODULUS, FreeParameters
 from fitting.parameters.names import STATE
+from fitting.parameters.tree import Gauge
 from jaxsat.errors import InputError
+from jaxsat.satellites.model import INERTIA_PLACE, Leaf
 
 FAITHFUL = 0.95
 """Share of the sigma that the held unknowns must account for; the interval is too narrow by as much."""
@@ -23,6 +25,8 @@ def choose_held(
     `slope` [unknowns] is that of the parameter in its unit.
     """
     k = parameters.names.index(name)
+    if "magnet" in parameters.gauged and k >= len(STATE) and _leaf(parameters, k).spot == MODULUS:
+        raise InputError(f"{name} has no profile: it is held as gauge")
     gauge = _gauge_of(parameters, k)
     family = () if gauge is None else tuple(parameters.leaves[leaf].name for leaf in gauge.leaves)
     partners = [parameters.names.index(other) for other in family if other != name] or [k]
@@ -42,6 +46,10 @@ def choose_held(
     return held, spread
 
 
+def _leaf(parameters: FreeParameters, unknown: int) -> Leaf:
+    return parameters.leaves[parameters.columns[unknown - len(STATE)]]
+
+
 def _gauge_of(parameters: FreeParameters, unknown: int) -> Gauge | None:
     """The gauge that holds and has the leaf of this unknown in it."""
     leaf = parameters.columns[unknown - len(STATE)] if unknown >= len(STATE) else -1
@@ -55,7 +63,7 @@ def _why_not(parameters: FreeParameters, unknown: int, gauge: Gauge | None) -> s
         return "the magnet's modulus is held as gauge: profile a component across it, or do not free the inertia"
     if gauge is not None:
         return f"the mean of {gauge.name} is held as gauge: free either the gains or the largest current"
-    if parameters.leaves[parameters.columns[unknown - len(STATE)]].place == INERTIA_PLACE:
+    if _leaf(parameters, unknown).place == INERTIA_PLACE:
         return "the entries of an inertia that stays that of a body move together: free this one alone"
     return "it moves together with others"
 

@@ -25,7 +25,9 @@ from fitting.profile.walk import Held, Step, walk
 from fitting.solvers.refine import CONVERGED_DECREMENT, Refined
 from fitting.starts.multi_start import NONE, Progress
 from jaxsat.errors import InputError
+from jaxsat.satellites.model import POLAR_PLACE
 
+AZIMUTH = (POLAR_PLACE, (1,))
 REACH = 3.0
 """How far a profile goes: the root of twice the cost's rise [sigma]."""
 Z_68, Z_95 = 1.0, 1.959964
@@ -184,8 +186,12 @@ def _value(parameters: FreeParameters, unknown: int, origin: np.ndarray, step: S
     if unknown < len(STATE):
         return float(np.degrees(step.x[unknown] * RATE_UNIT))
     number = parameters.columns[unknown - len(STATE)]
-    values = np.asarray(parameters.tree.values(jnp.asarray(step.x[len(STATE) :])))
-    return float(values[number] * parameters.leaves[number].to_unit)
+    value = float(np.asarray(parameters.tree.values(jnp.asarray(step.x[len(STATE) :])))[number])
+    if parameters.leaves[number].spot == AZIMUTH:
+        # Counted on from the nominal azimuth, so that a profile does not jump by a turn.
+        middle = float(np.asarray(parameters.tree.nominal)[number])
+        value = middle + float(np.angle(np.exp(1j * (value - middle))))
+    return value * parameters.leaves[number].to_unit
 
 
 def _rotation(origin: np.ndarray, turned: np.ndarray) -> np.ndarray:

@@ -38,7 +38,8 @@ class Twin:
         self.table = write_session(draw("1u-coils", SEED, 0.5), folder)
         self.satellite, self.session = read(self.table.with_suffix(".sat.toml"), self.table)
         self.truth = json.loads(self.table.with_suffix(".truth.json").read_text())
-        self.fit = fit_table(self.satellite, self.session, SensedSettings(holdout=0.3, starts=16))
+        settings = SensedSettings(holdout=0.3, starts=16)
+        self.fit = fit_table(self.satellite, self.session, settings, profiles=("magnet.x", "mag.bias.y"))
         self.result = self.fit.result
 
     def errors_deg(self, t, quaternion):
@@ -72,6 +73,18 @@ def test_numbers_are_the_true_ones_within_their_sigmas(twin):
         if parameter.free and parameter.sigma and truth is not None:
             z.append((parameter.value - truth["value"] * unit[parameter.name]) / parameter.sigma)
     assert len(z) > 20 and np.max(np.abs(z)) < 4.0 and 0.5 < np.sqrt(np.mean(np.square(z))) < 1.5
+
+
+def test_profiles_are_parabolas_about_the_truth(twin):
+    """What 18 minutes tell well: the cost rises as the sigma promises, and the truth lies within it."""
+    assert twin.fit.profile_remarks == () and [p.name for p in twin.fit.profiles] == ["magnet.x", "mag.bias.y"]
+    for p in twin.fit.profiles:
+        truth = twin.truth["parameters"][p.name]["value"] * {"uT": 1e6, "A m2": 1.0}[p.unit]
+        assert p.settled.all() and p.note == "" and abs(p.best - truth) < 4.0 * p.sigma
+        for end, z in zip((*p.interval_68, *p.interval_95), (-1.0, 1.0, -1.96, 1.96), strict=True):
+            assert (end - p.best) / p.sigma == pytest.approx(z, rel=0.03)
+        (own,) = [q for q in twin.result.parameters if q.name == p.name]
+        assert (own.value, own.sigma, own.unit) == (pytest.approx(p.best), pytest.approx(p.sigma), p.unit)
 
 
 def test_channels_are_predicted_as_promised(twin):

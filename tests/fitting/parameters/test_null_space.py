@@ -165,6 +165,14 @@ def test_declared_gauges_are_found_again_with_what_holds_them(made):
     assert (gauge_text(found) or "").startswith(expected)
 
 
+def test_the_modulus_stands_for_the_dipole(made):
+    free = ("magnet.modulus", "magnet.azimuth", "magnet.elevation", "inertia", "rods")
+    (held,) = made(*free, kind="gauge").unseen((made(*free).scale("magnet.modulus"), 0.0))
+    assert gauge_text([held]) == "common scale of inertia, magnet and rods fixed by |magnet| = 0.3 A m2"
+    (found,) = made(*free).unseen((made(*free).scale("magnet.modulus", "inertia", "rods"), 0.0))
+    assert found.name == "common scale of inertia, magnet and rods" and found.held_by == "the priors"
+
+
 def test_gains_and_the_largest_current_share_a_scale(made):
     case = made("cells.imax", "cells.gain")
     change = {"cells.imax": 240.0 / 48.0}

@@ -26,7 +26,7 @@ def minimum(true_minimum):
 
 @pytest.fixture(scope="module")
 def light(minimum):
-    return {name: profile_of(minimum, name) for name in ("cells.imax", "albedo.specular", "albedo.diffuse")}
+    return {name: profile_of(minimum, name) for name in ("imax", "albedo.specular", "albedo.diffuse")}
 
 
 def test_interval_of_a_parabola_and_of_one_whose_minimum_is_behind_a_bound():
@@ -61,7 +61,7 @@ def test_unknown_and_fixed_parameters_have_no_profile(minimum):
     for wrong in ("magnet", "magnet.xx"):
         with pytest.raises(InputError, match=f"unknown parameter '{wrong}'; did you mean magnet.x?"):
             check_profile(minimum.parameters, wrong)
-    rod = "rods.0.moment"
+    rod = "rods.y"
     with pytest.raises(InputError, match=f"{rod} is not free in this fit and has no profile; free are attitude.x, "):
         check_profile(minimum.parameters, rod)
     found, reasons = profile_all(minimum.problem, minimum.parameters, minimum.refined, [rod, rod])
@@ -75,9 +75,9 @@ def test_profile_rises_from_the_minimum_to_three_sigmas(light):
         assert p.rise.min() >= -1e-6 and p.rise[p.values == p.best] == 0.0
         assert p.rise[-1] >= 4.5 and (p.rise[0] >= 4.5 or p.values[0] == 0.0)
         assert len(p.values) <= 16
-    assert light["cells.imax"].unit == "mA" and 240 < light["cells.imax"].best < 260
-    document = light["cells.imax"].as_dict()
-    assert json.loads(json.dumps(document, allow_nan=False))["interval_68"] == list(light["cells.imax"].interval_68)
+    assert light["imax"].unit == "mA" and 240 < light["imax"].best < 260
+    document = light["imax"].as_dict()
+    assert json.loads(json.dumps(document, allow_nan=False))["interval_68"] == list(light["imax"].interval_68)
 
 
 @pytest.mark.slow
@@ -160,3 +160,16 @@ def test_components_across_the_magnet_have_a_profile_under_the_gauge(true_minimu
         assert end is not None and (end - p.best) / sigma == pytest.approx(sign, rel=0.1)
     with pytest.raises(InputError, match="magnet.x has no profile of its own, for the magnet's modulus is held"):
         profile_of(minimum, "magnet.x")
+
+
+@pytest.mark.slow
+def test_angles_of_the_dipole_have_a_profile_and_its_modulus_as_gauge_has_none(true_minimum):
+    minimum = true_minimum("magnet.modulus", "magnet.azimuth", "magnet.elevation", "rods", "imax", "inertia", "albedo")
+    p = profile_of(minimum, "magnet.azimuth")
+    assert p.unit == "deg" and p.settled.all() and p.rise[0] > 4.0 < p.rise[-1] and np.all(np.diff(p.values) < 10.0)
+    # The true dipole lies 0.17 deg from body x.
+    assert abs(p.best + 0.17) < 3.0 * p.sigma
+    for end, sign in zip(p.interval_68, (-1, 1), strict=True):
+        assert (end - p.best) / p.sigma == pytest.approx(sign, rel=0.1)
+    with pytest.raises(InputError, match="magnet.modulus has no profile: it is held as gauge"):
+        profile_of(minimum, "magnet.modulus")

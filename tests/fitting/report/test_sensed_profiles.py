@@ -11,7 +11,7 @@ from fitting.parameters.null_space import Direction
 from fitting.profile.profile import Profile
 from fitting.report.sensed.profiles import profile_pictures
 from fitting.report.sensed.result_rows import sensed_facts, unseen_rows
-from fitting.report.stored_run import SensedRun, read_run
+from fitting.report.stored_run import Run, read_run
 
 VALUES = np.linspace(247.0, 255.0, 9)
 RISE = 0.5 * ((VALUES - 251.0) / 1.3) ** 2
@@ -70,7 +70,7 @@ def test_profiles_are_in_every_output_and_come_back(tmp_path):
     assert "<h2>What the data hardly see</h2>" in page and SCALE.name in page
 
     stored = read_run(out)
-    assert isinstance(stored, SensedRun) and stored.result.unseen == (SCALE, WEAK) and stored.page() == page
+    assert isinstance(stored, Run) and stored.result.unseen == (SCALE, WEAK) and stored.page() == page
     (again,) = stored.profiles
     for field in dataclasses.fields(Profile):
         np.testing.assert_array_equal(getattr(again, field.name), getattr(IMAX, field.name))
