@@ -1,15 +1,14 @@
 """Changes of a satellite and its sensors that no reading tells: what a direction without information may be called."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fitting.parameters.free import INERTIA_PLACE, FreeParameters
+from fitting.parameters.free import MODULUS, FreeParameters
 from fitting.parameters.transforms import ENTRIES, tensor_of
-from jaxsat.satellites.model import Model
+from jaxsat.satellites.model import INERTIA_PLACE, MAGNET_PLACE, POLAR_PLACE, Model
 
-MAGNET_PLACE = "spacecraft.magnet"
 PRIORS = "the priors"
 """What holds a change where no gauge does."""
 SIZES = ("spacecraft.magnet", "spacecraft.rods.moments", "spacecraft.hysteresis_rods.volumes", "spacecraft.parts.")
@@ -32,8 +31,30 @@ class Change:
 def invisible_changes(parameters: FreeParameters, values: np.ndarray, model: Model) -> list[Change]:
     """What may be invisible with these free parameters about these `values` [leaves, SI]."""
     free = np.isin(np.arange(len(parameters.leaves)), parameters.columns)
+    if any(leaf.spot == MODULUS and found for leaf, found in zip(parameters.leaves, free, strict=True)):
+        # Its length is free, and its direction is no size.
+        free |= np.array([leaf.place == MAGNET_PLACE for leaf in parameters.leaves])
     scale = _common_scale(parameters, values, model, free)
-    return [*([] if scale is None else [scale]), *_light_scales(parameters, values, free), *_turns(parameters, values)]
+    found = [*([] if scale is None else [scale]), *_light_scales(parameters, values, free)]
+    return [_restated(change, parameters, values) for change in (*found, *_turns(parameters, values))]
+
+
+def _restated(change: Change, parameters: FreeParameters, values: np.ndarray) -> Change:
+    """The same change told of the dipole's modulus and angles too, where it has angles."""
+    places = np.array([leaf.place for leaf in parameters.leaves])
+    polar, vector = np.flatnonzero(places == POLAR_PLACE), places == MAGNET_PLACE
+    if not len(polar) or not np.any(values[vector][:2]):
+        return change
+    (x, y, z), (dx, dy, dz) = values[vector], change.values[vector]
+    across = np.hypot(x, y)
+    outward, modulus = (x * dx + y * dy) / across, np.hypot(across, z)
+    found = change.values.copy()
+    found[polar] = [
+        (across * outward + z * dz) / modulus,
+        (x * dy - y * dx) / across**2,
+        (across * dz - z * outward) / modulus**2,
+    ]
+    return replace(change, values=found)
 
 
 def _common_scale(parameters: FreeParameters, values: np.ndarray, model: Model, free: np.ndarray) -> Change | None:
