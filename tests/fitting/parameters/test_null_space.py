@@ -232,3 +232,25 @@ def test_one_free_gain_and_imax_have_no_common_scale(made):
     case = made("cells.imax", "cells.gain.+x")
     (found,) = case.unseen((case.direction({"cells.imax": 1.0}), 0.1))
     assert found.name == "cells.imax"
+
+
+ANGLES = ("magnet.azimuth", "magnet.elevation")
+
+
+def test_the_common_scale_is_that_of_a_modulus_too(made):
+    case = made("magnet.modulus", *ANGLES, "rods", "inertia", kind="gauge")
+    (found,) = case.unseen((case.direction({"magnet.modulus": 1.0}), 0.0))
+    assert found.name == "common scale of inertia, magnet and rods" and found.held_by == "|magnet| = 0.3 A m2"
+    free = made("magnet.modulus", "rods", "inertia")
+    (found,) = free.unseen((free.scale("magnet.modulus", "rods", "inertia"), 0.0))
+    assert found.name == "common scale of inertia, magnet and rods" and found.held_by == "the priors"
+
+
+@pytest.mark.parametrize(("axis", "angle", "size"), [("y", "magnet.elevation", -1.0), ("z", "magnet.azimuth", 1.0)])
+def test_a_common_turn_turns_the_angles_of_the_dipole(made, axis, angle, size):
+    """The dipole lies along x: a right-handed turn about y lowers it, one about z carries it towards y."""
+    case = made(*ANGLES, "cells.tilts")
+    turn = {name: 1.0 / np.radians(2.0) for name in case.names if name.endswith(f".{axis}")}
+    (found,) = case.unseen((case.direction({**turn, angle: size / (0.05 / 0.3)}), 1e-2))
+    assert found.name == f"common turn of the panels about {axis}"
+    assert found.information == pytest.approx(1e-2, rel=1e-3)
