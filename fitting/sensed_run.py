@@ -22,7 +22,7 @@ from fitting.outcome.sensed_result import SensedResult
 from fitting.outcome.sensed_summary import summarize_sensed
 from fitting.outcome.uncertainty import at_bound, covariance
 from fitting.parameters.free import free_parameters
-from fitting.report.sensed.files import owned_files, write_sensed
+from fitting.report.sensed.owned import owned_files
 from fitting.report.sensed.surroundings import Surroundings, look_around
 from fitting.sensed_settings import SensedSettings
 from fitting.starts.multi_start import Progress
@@ -138,6 +138,9 @@ class SensedFit:
 
     def write_into(self, stage: Path, *, plots: bool = True) -> list[str]:
         """Writes the same into an empty directory; returns warnings."""
+        # Matplotlib is wanted here for the first time.
+        from fitting.report.sensed.files import write_sensed
+
         return write_sensed(
             stage,
             self.result,

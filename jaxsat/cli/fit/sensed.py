@@ -22,7 +22,7 @@ def fit_sensed(
     start_jax()
     # A wrong satellite file is told before the seconds that the imports of a fit take.
     craft = read_sensed(satellite)
-    from fitting.report.sensed.files import owned_files
+    from fitting.report.sensed.owned import owned_files
     from fitting.sensed_run import fit_table
     from fitting.sensed_settings import SensedSettings
     from jaxsat.cli.fit.progress import StageProgress
@@ -34,9 +34,8 @@ def fit_sensed(
     imported = time.perf_counter() - began
     session = read_telemetry(files, craft)
     with staged_directory(out, owned_files(out, session.channels)) as stage:
-        if plots:
-            # Importing matplotlib costs half a second; the solver leaves one core to Python.
-            threading.Thread(target=importlib.import_module, args=("jaxsat.plotting",), daemon=True).start()
+        # Importing matplotlib costs half a second; the solver leaves one core to Python.
+        threading.Thread(target=importlib.import_module, args=("fitting.report.sensed.files",), daemon=True).start()
         with StageProgress(session.name) as progress:
             settings = SensedSettings.model_validate(dict(given))
             found = fit_table(craft, session, settings, progress=progress, sky_ahead=True)

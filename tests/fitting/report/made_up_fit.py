@@ -10,7 +10,8 @@ from fitting.outcome.result import FittedParameter
 from fitting.outcome.sensed_result import PREDICTS, Break, ChannelFit, Holdout, SensedResult
 from fitting.outcome.series import panel_residuals, slots
 from fitting.parameters.null_space import Direction
-from fitting.report.sensed.files import owned_files, write_sensed
+from fitting.report.sensed.files import write_sensed
+from fitting.report.sensed.owned import owned_files
 from fitting.report.sensed.surroundings import Surroundings
 from jaxsat.constants import EARTH_RADIUS_MEAN, EARTH_ROTATION_RATE
 from jaxsat.environment import KeplerOrbit, igrf_field, orbit_from_elements_km_deg
