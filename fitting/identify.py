@@ -102,12 +102,13 @@ def identify(
     coarse = build_sensed(part, model, around, max_step=step, room_for=finest, sky=first.sky, **build)
     tabulated = time.perf_counter()
     progress("compiling", 0, 1)
-    for compilation in compile_solvers(coarse, parameters, settings.solver):
+    compilations = compile_solvers(coarse, parameters, settings.solver)
+    # What looks at the minimum is traced while XLA, which needs no Python, is at work on the solver.
+    threading.Thread(target=prepare_look, args=(coarse, parameters), daemon=True).start()
+    for compilation in compilations:
         if compilation is not None:
             compilation.result()
     compiled = time.perf_counter()
-    # Tracing waits for the search to leave Python's lock, which it does most of the time.
-    threading.Thread(target=prepare_look, args=(coarse, parameters), daemon=True).start()
 
     use = usable(coarse, part)
     use[fitted - begin :] = 0.0

@@ -24,7 +24,7 @@ from fitting.outcome.uncertainty import at_bound, covariance
 from fitting.parameters.free import free_parameters
 from fitting.profile.profile import Profile
 from fitting.profile.profiler import Profiler
-from fitting.report.sensed.files import owned_files, write_sensed
+from fitting.report.sensed.owned import owned_files
 from fitting.report.sensed.surroundings import Surroundings, look_around
 from fitting.sensed_settings import SensedSettings
 from fitting.starts.multi_start import Progress
@@ -139,6 +139,9 @@ class SensedFit:
 
     def write_into(self, stage: Path, *, plots: bool = True) -> list[str]:
         """Writes the same into an empty directory; returns warnings."""
+        # Matplotlib is wanted here for the first time.
+        from fitting.report.sensed.files import write_sensed
+
         return write_sensed(
             stage,
             self.result,

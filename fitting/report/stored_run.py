@@ -13,7 +13,7 @@ import numpy as np
 from fitting.outcome.sensed_result import SensedResult
 from fitting.profile.profile import Profile
 from fitting.report.sensed.document import SCHEMA
-from fitting.report.sensed.files import owned_files
+from fitting.report.sensed.owned import owned_files
 from fitting.report.sensed.page import sensed_page
 from fitting.report.sensed.profiles import stored_profile
 from fitting.report.sensed.stored import stored_result

@@ -8,7 +8,8 @@ import numpy as np
 from fitting.outcome.result import FittedParameter
 from fitting.outcome.sensed_result import FITS, ChannelFit, Holdout, SensedResult
 from fitting.outcome.series import panel_residuals, slots
-from fitting.report.sensed.files import owned_files, write_sensed
+from fitting.report.sensed.files import write_sensed
+from fitting.report.sensed.owned import owned_files
 from fitting.report.sensed.surroundings import Surroundings
 from fitting.sensed_settings import SensedSettings
 from fitting.surroundings import surroundings

@@ -1,6 +1,6 @@
 """Writes everything that a fit of any satellite leaves in its directory."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -8,10 +8,10 @@ from fitting.orbit.orbit_fit import OrbitFit
 from fitting.outcome.sensed_result import SensedResult
 from fitting.report.orbit_document import elements_document
 from fitting.report.sensed.document import sensed_document
+from fitting.report.sensed.owned import file_stems
 from fitting.report.sensed.page import sensed_page
 from fitting.report.sensed.pictures import draw_sensed
 from fitting.report.sensed.profiles import draw_profiles
-from fitting.report.sensed.shown import file_stems
 from fitting.report.sensed.surroundings import Surroundings
 from fitting.report.sensed.tables import SENSED_ATTITUDE_COLUMNS, write_channel, write_sensed_attitude
 from jaxsat.files.json_files import plain, write_json
@@ -22,19 +22,6 @@ from jaxsat.versions import versions
 
 if TYPE_CHECKING:
     from fitting.profile.profile import Profile
-
-FILES = ("fit.json", "report.html", "provenance.json", "scene.json", "attitude.csv")
-PICTURES = ("attitude.png", "field_angle.png", "orbit.png", "parameters.png", "worth.png")
-OLD = ("currents.csv", "currents.png")
-"""What fits of earlier versions wrote."""
-
-
-def owned_files(directory: Path, channels: Iterable[str]) -> list[str]:
-    """All names that a fit with such channels may write, and those that earlier fits have left in the directory."""
-    own = [f"{stem}.{ending}" for stem in file_stems(channels).values() for ending in ("csv", "png")]
-    patterns = ("channel-*.csv", "channel-*.png", "profile-*.png")
-    left = [path.name for pattern in patterns for path in sorted(directory.glob(pattern))]
-    return list(dict.fromkeys([*FILES, *PICTURES, *OLD, *own, *left]))
 
 
 def write_sensed(

@@ -13,6 +13,7 @@ from fitting.report.rows import (
     strong_correlations,
 )
 from fitting.report.sensed.document import delays
+from fitting.report.sensed.owned import file_stems
 from fitting.report.sensed.page_data import sensed_page_data
 from fitting.report.sensed.profiles import PROFILE_COLUMNS, PROFILE_NOTE, profile_pictures, profile_row
 from fitting.report.sensed.result_rows import (
@@ -31,7 +32,6 @@ from fitting.report.sensed.result_rows import (
     verdict_text,
     worth_rows,
 )
-from fitting.report.sensed.shown import file_stems
 from jaxsat.report import Facts, Live, Picture, Remarks, Section, Table, page
 from jaxsat.significant import unit_text, value_and_sigma, value_text
 from jaxsat.telemetry import RejectedRow

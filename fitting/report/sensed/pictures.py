@@ -8,7 +8,8 @@ import numpy as np
 
 from fitting.outcome.sensed_result import SensedResult
 from fitting.report.rows import parameter_rows
-from fitting.report.sensed.shown import file_stems, readings_of
+from fitting.report.sensed.owned import file_stems
+from fitting.report.sensed.shown import readings_of
 from jaxsat.plotting import draw_field_angle, draw_orbit, draw_parameters
 from jaxsat.plotting.channels import Timeline, draw_motion, draw_readings, draw_worth
 from jaxsat.plotting.style import png_of, rendered

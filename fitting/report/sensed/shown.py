@@ -1,6 +1,5 @@
 """A channel as tables, pictures and the page show it."""
 
-import re
 from collections.abc import Iterable
 
 import numpy as np
@@ -77,14 +76,3 @@ def _notes(channel: ChannelFit) -> list[str]:
         parts += [f"{out.sum()} left out"] if out.any() else []
         notes.append(", ".join(parts) or "nothing fitted")
     return notes
-
-
-def file_stems(names: Iterable[str]) -> dict[str, str]:
-    """Names of files without their endings by channel: any name may stand in a satellite file, not all in a folder."""
-    found: dict[str, str] = {}
-    for name in names:
-        stem = f"channel-{re.sub(r'[^A-Za-z0-9_+-]', '_', name)}"
-        while stem in found.values():
-            stem += "_"
-        found[name] = stem
-    return found

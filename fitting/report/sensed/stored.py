@@ -10,7 +10,7 @@ from fitting.outcome.result import FittedParameter
 from fitting.outcome.sensed_result import Break, ChannelFit, Holdout, SensedResult
 from fitting.outcome.series import PanelResiduals
 from fitting.parameters.null_space import Direction
-from fitting.report.sensed.shown import file_stems
+from fitting.report.sensed.owned import file_stems
 from fitting.report.sensed.tables import SENSED_ATTITUDE_COLUMNS
 
 ARRAYS = ("measured", "modelled", "residual", "promised")

@@ -56,7 +56,7 @@ def fit_one(
 
     `profiles` names the parameters that get a profile. Raises `InputError`.
     """
-    from fitting.report.sensed.files import owned_files
+    from fitting.report.sensed.owned import owned_files
     from fitting.sensed_run import fit_table
     from jaxsat.cli.fit.progress import StageProgress
     from jaxsat.cli.fit.sensed_text import sensed_summary
@@ -69,9 +69,8 @@ def fit_one(
     before = {"import": clock.imported, "prepare": time.perf_counter() - start}
     # Staged before the work starts: a directory that cannot be written is known at once.
     with staged_directory(directory, owned_files(directory, session.channels)) as stage:
-        if plots:
-            # Importing matplotlib costs half a second; the solver leaves one core to Python.
-            threading.Thread(target=importlib.import_module, args=("jaxsat.plotting",), daemon=True).start()
+        # Importing matplotlib costs half a second; the solver leaves one core to Python.
+        threading.Thread(target=importlib.import_module, args=("fitting.report.sensed.files",), daemon=True).start()
         with StageProgress(session.name) as progress:
             how = {"given": inputs.given, "profiles": profiles, "progress": progress}
             found = fit_table(inputs.satellite, session, inputs.settings, **how, sky_ahead=True)

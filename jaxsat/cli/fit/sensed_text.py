@@ -8,6 +8,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from fitting.parameters.names import part_of
 from fitting.report.rows import STRONG_CORRELATION, strong_correlations
 from fitting.report.sensed.result_rows import (
     CHANNEL_COLUMNS,
@@ -79,10 +80,22 @@ def _parameters(result: "SensedResult") -> Iterable[RenderableType]:
             if name in free:
                 table.add_row(name, value, f"± {sigma}" if sigma else "", unit, buys, note)
         yield table
-    fixed = [f"{name} {value} {unit}".strip() for name, value, _, unit, _, _ in rows if name not in free]
+    fixed = _together([(name, f"{value} {unit}".strip()) for name, value, _, unit, _, _ in rows if name not in free])
     if fixed:
         more = f", and {len(fixed) - SHOWN_FIXED} more in fit.json" if len(fixed) > SHOWN_FIXED else ""
         yield Padding(Text(f"fixed: {', '.join(fixed[:SHOWN_FIXED])}{more}", style="dim"), (0, 0, 1, 0))
+
+
+def _together(fixed: list[tuple[str, str]]) -> list[str]:
+    """Names with values, a part whose numbers are all the same as one."""
+    parts: dict[str, list[tuple[str, str]]] = {}
+    for name, value in fixed:
+        parts.setdefault(part_of(name), []).append((name, value))
+    found = []
+    for part, own in parts.items():
+        alike = len(own) > 1 and len({value for _, value in own}) == 1
+        found += [f"{part} {own[0][1]}"] if alike else [f"{name} {value}" for name, value in own]
+    return found
 
 
 def _alternatives(result: "SensedResult") -> Iterable[RenderableType]:

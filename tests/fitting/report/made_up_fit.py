@@ -12,10 +12,11 @@ from fitting.outcome.sensed_result import PREDICTS, Break, ChannelFit, Holdout, 
 from fitting.outcome.series import panel_residuals, slots
 from fitting.parameters.null_space import Direction
 from fitting.profile.profile import Profile
-from fitting.report.sensed.files import owned_files, write_sensed
+from fitting.report.sensed.files import write_sensed
+from fitting.report.sensed.owned import owned_files
 from fitting.report.sensed.surroundings import Surroundings
 from jaxsat.constants import EARTH_RADIUS_MEAN, EARTH_ROTATION_RATE
-from jaxsat.environment import igrf_field, orbit_from_elements_km_deg
+from jaxsat.environment import KeplerOrbit, igrf_field, orbit_from_elements_km_deg
 from jaxsat.files.staging import staged_directory
 from jaxsat.satellites import Satellite
 from jaxsat.satellites.satellite import satellite_of
@@ -65,7 +66,9 @@ def make_around() -> Around:
 def make_orbit_fit() -> OrbitFit:
     """That orbit, found from a hundred positions with noise of 100 m."""
     t = np.linspace(0.0, 5000.0, 100)
-    position, velocity = states(make_around().orbit, t)
+    orbit = make_around().orbit
+    assert isinstance(orbit, KeplerOrbit)
+    position, velocity = states(orbit, t)
     noise = np.random.default_rng(8).normal(scale=100.0, size=position.shape)
     return fit_orbit(t, position + noise, velocity)
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from made_up_fit import make_sensed_result, make_session, write_made_up
 
-from fitting.report.sensed.files import owned_files, write_sensed
-from fitting.report.sensed.shown import file_stems, readings_of
+from fitting.report.sensed.files import write_sensed
+from fitting.report.sensed.owned import file_stems, owned_files
+from fitting.report.sensed.shown import readings_of
 from jaxsat.files.staging import staged_directory
 
 

@@ -24,8 +24,9 @@ def test_the_verdict_comes_first_and_nothing_is_wider_than_the_terminal():
     assert max(map(len, lines)) <= 100
     (mag,) = [line.split() for line in lines if line.strip().startswith("mag ")]
     assert mag == ["mag", "78/120", "nT", "306", "300", "480", "450", "1.07", "0.90°"]
-    (first,) = [line for line in lines if line.strip().startswith("magnet.x")]
+    first, second = [line for line in lines if line.strip().startswith("magnet.x")]
     assert first.split() == ["magnet.x", "0.3049", "±", "0.0012", "A", "m²", "54321"]
+    assert second.split() == ["magnet.x", "mag.bias.x", "-0.950"]
     text = "\n".join(lines)
     assert "fixed: inertia.xx" in text and "2 cells or rows: out of range" in text
     assert "- 2 of 80 samples of mag left out" in text and "mag +y, -z, -x" in text
