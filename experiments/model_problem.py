@@ -1,7 +1,7 @@
 """The model problem of Penkov et al. 2009: the k that makes I(k) = int_1^100 (sin t - sin kt)^2 dt least, from any k0.
 
 The answer is k = 1. Between side minima, at 0.92277 and 1.07684 the nearest, a local method finds it only from within
-about +-0.045; with the interval's end growing by the rule of `fitting.identify` it is found from everywhere.
+about +-0.045; with the interval's end growing by the rule of `fitting.starts.growing` it is found from everywhere.
 
     .venv/bin/python experiments/model_problem.py --out model-problem
 """
@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fitting.identify import ARC_ITERATIONS, FIRST_ARC, arc_ends
 from fitting.solvers.least_squares import FIRST_DAMPING, GROW, SHRINK
+from fitting.starts.growing import ARC_ITERATIONS, FIRST_ARC, arc_ends
 
 BEGIN, END = 1.0, 100.0
 FIRST_END = 1.6

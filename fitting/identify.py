@@ -16,24 +16,19 @@ from fitting.sensed_settings import SensedSettings
 from fitting.solvers.adaptive import panels_of, refine_adaptively
 from fitting.solvers.refine import Refined, candidates, refine
 from fitting.starts.carry import carried_back
-from fitting.starts.conventions import MOST, Convention, conventions, with_axes
+from fitting.starts.conventions import Convention, conventions, with_axes
 from fitting.starts.ladder import directed_samples, first_guesses, telling_samples
 from fitting.starts.mounting import with_turns
-from fitting.starts.multi_start import HOPELESS, Progress, Stage, advance, compile_solvers, distinct
+from fitting.starts.multi_start import Progress, compile_solvers
 from fitting.starts.sights import Sights, sights_of
 from fitting.starts.stretches import longest_stretch
 from jaxsat.errors import InputError
 from jaxsat.integrators import RK4, step_for
 from jaxsat.math.on_host import angles_between
-from jaxsat.satellites.model import INERTIA_PLACE, Model
+from jaxsat.satellites.model import Model
 
 COARSE_TOLERANCE, FINE_TOLERANCE = 4e-2, 2e-4
 """Integration error over the session allowed while arcs grow and at the end [rad]."""
-FIRST_ARC, ARC_GROWTH, ARC_ITERATIONS = 7, 1.57, 8
-"""Telling samples of the first arc, how much longer each next one is, and the solver's steps on each."""
-KEEP = (48, 32, 24, 16, 12, 8)
-"""Starts that enter the second, third, ... arc; half of them of each convention where several are tried."""
-ROBUST_SCALE = 5.0
 
 
 @dataclass(frozen=True)
@@ -110,14 +105,20 @@ def identify(
             compilation.result()
     compiled = time.perf_counter()
 
+    def started(convention: Convention, count: int) -> Run:
+        problem = with_axes(coarse, convention)
+        rng = np.random.default_rng(settings.seed)
+        guesses = first_guesses(sights_of(problem, part), 0, count, fastest, rng)
+        return Run(convention, problem, guesses.starts(len(parameters.everything)))
+
     use = usable(coarse, part)
     use[fitted - begin :] = 0.0
     if samples.given is None:
-        runs = [_Run(each, with_axes(coarse, each), part, fastest, settings, parameters) for each in found]
+        runs = [started(each, settings.starts) for each in found]
         seen = directed_samples(sights)
-        _grow(runs, seen[(seen >= begin) & (seen < fitted)] - begin, fitted - begin - 1, parameters, use, progress)
+        grow(runs, seen[(seen >= begin) & (seen < fitted)] - begin, fitted - begin - 1, parameters, use, progress)
     else:
-        runs = [_Run(each, with_axes(coarse, each), part, fastest, settings, parameters, count=1) for each in found[:8]]
+        runs = [started(each, 1) for each in found[:8]]
         for run in runs:
             run.starts = with_turns(run.starts, run.problem, part, parameters, fitted - begin)
     fine_step = _fine_step(runs, settings.step_s, whole_span)
@@ -150,72 +151,6 @@ def _refined(problem, parameters, starts, weight, around, settings, progress) ->
     return refine(problem, parameters, starts, weight, **how, progress=progress)
 
 
-class _Run:
-    """The search under one convention of axes."""
-
-    def __init__(self, convention, problem, samples, fastest, settings, parameters, count=None):
-        self.convention, self.problem = convention, problem
-        sights = sights_of(problem, samples)
-        rng = np.random.default_rng(settings.seed)
-        guesses = first_guesses(sights, 0, count or settings.starts, fastest, rng)
-        self.starts = guesses.starts(len(parameters.everything))
-
-
-def _grow(runs: list[_Run], seen: np.ndarray, last: int, parameters: FreeParameters, use, progress) -> None:
-    """Ever longer arcs; in place. Starts and conventions that are far worse than the best are given up."""
-    stages = arcs(seen, last, parameters)
-    for number, stage in enumerate(stages):
-        progress("growing arcs", number, len(stages))
-        for run in runs:
-            most = stage.keep if len(runs) < 4 else stage.keep // 2
-            kept = run.starts.take(np.arange(min(most, len(run.starts.cost))))
-            moved = advance(run.problem, parameters, stage, kept, use)
-            run.starts = moved.take(distinct(moved, attitude=2e-3, rate=2e-3))
-        runs[:] = [run for run in runs if len(run.starts.cost)]
-        if not runs:
-            raise InputError("no start gives finite readings: the nominal satellite or the noise is out of all range")
-        runs.sort(key=lambda run: run.starts.cost[0])
-        if number > 0:
-            limit = HOPELESS[0] * runs[0].starts.cost[0] + HOPELESS[1]
-            for run in runs:
-                run.starts = run.starts.take(np.flatnonzero(run.starts.cost <= limit))
-            runs[:] = [run for run in runs if len(run.starts.cost)]
-            # The longer the arc, the fewer conventions can be meant.
-            del runs[max(MOST >> number, 3) :]
-    # Nothing that the fine grid or a sample left out changes halves the cost of a wrong convention alone.
-    runs[:] = [run for run in runs if run.starts.cost[0] <= 2.0 * runs[0].starts.cost[0] + 50.0]
-    progress("growing arcs", len(stages), len(stages))
-
-
-def arcs(seen: np.ndarray, last: int, parameters: FreeParameters) -> list[Stage]:
-    """Arcs by their number of samples that see something; what is free grows with them, under the priors."""
-    names = [leaf.name for leaf in parameters.leaves]
-    inertia = {leaf.name for leaf in parameters.leaves if leaf.place == INERTIA_PLACE}
-    state, everything = parameters.active([]), parameters.everything
-    without_inertia = parameters.active([name for name in names if name not in inertia])
-
-    def stage(sample: int, keep: int, iterations: int, active: np.ndarray) -> Stage:
-        return Stage(sample, keep, iterations, ROBUST_SCALE, active)
-
-    first, *longer = arc_ends(seen, last)
-    stages = [stage(first, 10**9, 5, state), stage(first, KEEP[0], ARC_ITERATIONS, without_inertia)]
-    for sample in longer:
-        keep = KEEP[min(len(stages) - 1, len(KEEP) - 1)]
-        stages.append(stage(sample, keep, ARC_ITERATIONS, without_inertia if len(stages) == 2 else everything))
-    return stages
-
-
-def arc_ends(seen: np.ndarray, last: int) -> list[int]:
-    """Last sample of each arc, of samples that see something; that of the last arc is `last`."""
-    count: int | float = FIRST_ARC
-    ends = []
-    while not ends or ends[-1] < last:
-        whole = count * 1.2 >= len(seen)
-        ends.append(last if whole else int(seen[int(round(count)) - 1]))
-        count *= ARC_GROWTH
-    return ends
-
-
 def _seen_rate(sights: Sights) -> float:
     """A rate that the satellite is not much faster than, as far as gyroscope or finite turns show it [rad/s]."""
     known = np.isfinite(sights.rate).all(axis=1)
@@ -231,7 +166,7 @@ def _seen_rate(sights: Sights) -> float:
     return fastest
 
 
-def _fine_step(runs: list[_Run], longest: float, span: float) -> float:
+def _fine_step(runs: list[Run], longest: float, span: float) -> float:
     """Steps of the last rounds, by the spin of the survivors."""
     spins = [RATE_UNIT * np.linalg.norm(run.starts.x[candidates(run.starts.cost), 3:6], axis=1).max() for run in runs]
     return min(longest, step_for(RK4, 1.3 * float(max(spins)) + 1e-3, span, FINE_TOLERANCE))

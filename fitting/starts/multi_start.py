@@ -17,7 +17,6 @@ from fitting.measurements.abstract import RATE_UNIT, AbstractProblem
 from fitting.parameters.free import FreeParameters
 from fitting.solvers.chunk import EVALUATIONS, solve_chunk
 from fitting.solvers.least_squares import Point, Settings
-from jaxsat.errors import InputError
 from jaxsat.integrators import BLOCK
 
 CHUNK = 4
@@ -176,28 +175,3 @@ def distinct(points: Starts, *, attitude: float, rate: float) -> np.ndarray:
         if not np.any((angle < attitude) & (spread < rate)):
             kept.append(int(k))
     return np.array(kept, dtype=int)
-
-
-def grow(
-    problem: AbstractProblem,
-    parameters: FreeParameters,
-    schedule: list[Stage],
-    starts: Starts,
-    weight: np.ndarray,
-    progress: Progress,
-) -> Starts:
-    """Survivors of the whole schedule, best first, near-identical ones merged.
-
-    Raises `InputError` where no start has a finite cost.
-    """
-    for number, stage in enumerate(schedule):
-        progress("growing arcs", number, len(schedule))
-        kept = starts.take(np.arange(min(stage.keep, len(starts.cost))))
-        starts = advance(problem, parameters, stage, kept, weight)
-        starts = starts.take(distinct(starts, attitude=2e-3, rate=2e-3))
-        if len(starts.cost) == 0:
-            raise InputError("no start gives finite currents: the nominal satellite or the noise is out of all range")
-        if number > 0:
-            starts = starts.take(np.flatnonzero(starts.cost <= HOPELESS[0] * starts.cost[0] + HOPELESS[1]))
-    progress("growing arcs", len(schedule), len(schedule))
-    return starts

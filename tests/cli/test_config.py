@@ -79,8 +79,8 @@ def test_cleaning_settings(file):
     config = load_config(file(text + "[spacecraft]\nimax_mA = 480\n"))
     settings = config.cleaning
     assert settings.panel_order[:2] == ("-X", "+X") and settings.drop_s == ((0.0, 10.0), (20.5, 30.0))
-    assert config.satellite.largest_current_sum_mA == pytest.approx(2 * math.sqrt(3) * 480)
-    assert Config().satellite.largest_current_sum_mA == pytest.approx(830.0, rel=0.01)
+    assert config.numbers.largest_current_sum_mA == pytest.approx(2 * math.sqrt(3) * 480)
+    assert Config().numbers.largest_current_sum_mA == pytest.approx(830.0, rel=0.01)
 
 
 def test_overrides_replace_the_file(file):

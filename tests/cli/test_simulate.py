@@ -47,7 +47,7 @@ def settings(**more):
 
 def plan(overrides) -> SessionPlan:
     config = load_config(overrides=overrides)
-    return SessionPlan(config.simulate, config.satellite, config.given, config.cleaning)
+    return SessionPlan(config.simulate, config.numbers, config.given, config.cleaning)
 
 
 @pytest.fixture(scope="module")

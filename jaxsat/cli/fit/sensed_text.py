@@ -8,7 +8,6 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from fitting.parameters.names import part_of
 from fitting.report.rows import STRONG_CORRELATION, strong_correlations
 from fitting.report.sensed.result_rows import (
     CHANNEL_COLUMNS,
@@ -90,7 +89,7 @@ def _together(fixed: list[tuple[str, str]]) -> list[str]:
     """Names with values, a part whose numbers are all the same as one."""
     parts: dict[str, list[tuple[str, str]]] = {}
     for name, value in fixed:
-        parts.setdefault(part_of(name), []).append((name, value))
+        parts.setdefault(name.rpartition(".")[0] or name, []).append((name, value))
     found = []
     for part, own in parts.items():
         alike = len(own) > 1 and len({value for _, value in own}) == 1

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from fitting.identify import FIRST_ARC, arc_ends
 from fitting.measurements.abstract import RATE_UNIT
 from fitting.starts.carry import carried_back
+from fitting.starts.growing import FIRST_ARC, arc_ends
 from fitting.starts.multi_start import Starts
 from fitting.starts.stretches import longest_stretch
 

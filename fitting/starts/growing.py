@@ -1,0 +1,94 @@
+"""The search itself: many starts on ever longer arcs, what is free growing with them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.measurements.sensed import SensedProblem
+from fitting.parameters.free import FreeParameters
+from fitting.starts.conventions import MOST, Convention
+from fitting.starts.multi_start import HOPELESS, Progress, Stage, Starts, advance, distinct
+from jaxsat.errors import InputError
+from jaxsat.satellites.model import INERTIA_PLACE
+
+FIRST_ARC, ARC_GROWTH, ARC_ITERATIONS = 7, 1.57, 8
+"""Telling samples of the first arc, how much longer each next one is, and the solver's steps on each."""
+KEEP = (48, 32, 24, 16, 12, 8)
+"""Starts that enter the second, third, ... arc; half of them of each convention where several are tried."""
+ROBUST_SCALE = 5.0
+
+
+@dataclass
+class Run:
+    """The search under one convention of axes."""
+
+    convention: Convention
+    problem: SensedProblem
+    starts: Starts
+    """Best first, once they have been moved."""
+
+
+def grow(
+    runs: list[Run],
+    seen: np.ndarray,
+    last: int,
+    parameters: FreeParameters,
+    use: np.ndarray,
+    progress: Progress = lambda *_: None,
+) -> None:
+    """Moves the starts on ever longer arcs, in place; those and conventions that are far worse than the best are gone.
+
+    `seen` are the numbers of the samples that see something, `last` that of the last sample; `use` [samples channels]
+    is the weight of the measurements. Raises `InputError` where no start has a finite cost.
+    """
+    stages = arcs(seen, last, parameters)
+    for number, stage in enumerate(stages):
+        progress("growing arcs", number, len(stages))
+        for run in runs:
+            most = stage.keep if len(runs) < 4 else stage.keep // 2
+            kept = run.starts.take(np.arange(min(most, len(run.starts.cost))))
+            moved = advance(run.problem, parameters, stage, kept, use)
+            run.starts = moved.take(distinct(moved, attitude=2e-3, rate=2e-3))
+        runs[:] = [run for run in runs if len(run.starts.cost)]
+        if not runs:
+            raise InputError("no start gives finite readings: the nominal satellite or the noise is out of all range")
+        runs.sort(key=lambda run: run.starts.cost[0])
+        if number > 0:
+            limit = HOPELESS[0] * runs[0].starts.cost[0] + HOPELESS[1]
+            for run in runs:
+                run.starts = run.starts.take(np.flatnonzero(run.starts.cost <= limit))
+            runs[:] = [run for run in runs if len(run.starts.cost)]
+            # The longer the arc, the fewer conventions can be meant.
+            del runs[max(MOST >> number, 3) :]
+    # Nothing that the fine grid or a sample left out changes halves the cost of a wrong convention alone.
+    runs[:] = [run for run in runs if run.starts.cost[0] <= 2.0 * runs[0].starts.cost[0] + 50.0]
+    progress("growing arcs", len(stages), len(stages))
+
+
+def arcs(seen: np.ndarray, last: int, parameters: FreeParameters) -> list[Stage]:
+    """Arcs by their number of samples that see something; what is free grows with them, under the priors."""
+    names = [leaf.name for leaf in parameters.leaves]
+    inertia = {leaf.name for leaf in parameters.leaves if leaf.place == INERTIA_PLACE}
+    state, everything = parameters.active([]), parameters.everything
+    without_inertia = parameters.active([name for name in names if name not in inertia])
+
+    def stage(sample: int, keep: int, iterations: int, active: np.ndarray) -> Stage:
+        return Stage(sample, keep, iterations, ROBUST_SCALE, active)
+
+    first, *longer = arc_ends(seen, last)
+    stages = [stage(first, 10**9, 5, state), stage(first, KEEP[0], ARC_ITERATIONS, without_inertia)]
+    for sample in longer:
+        keep = KEEP[min(len(stages) - 1, len(KEEP) - 1)]
+        stages.append(stage(sample, keep, ARC_ITERATIONS, without_inertia if len(stages) == 2 else everything))
+    return stages
+
+
+def arc_ends(seen: np.ndarray, last: int) -> list[int]:
+    """Last sample of each arc, of samples that see something; that of the last arc is `last`."""
+    count: int | float = FIRST_ARC
+    ends = []
+    while not ends or ends[-1] < last:
+        whole = count * 1.2 >= len(seen)
+        ends.append(last if whole else int(seen[int(round(count)) - 1]))
+        count *= ARC_GROWTH
+    return ends
