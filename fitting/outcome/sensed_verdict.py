@@ -152,8 +152,8 @@ def _wrong(evidence: Evidence) -> str | None:
     for name, channel in evidence.channels.items():
         if channel.contradicted > MOST_CONTRADICTED * channel.bright:
             return (
-                f"the computed shadow contradicts {channel.contradicted} samples of {name}, {channel.bright} of which "
-                "show light: check epoch, orbit and Sun"
+                f"the computed shadow contradicts {channel.contradicted} samples of {name}, which has {channel.bright} "
+                "bright ones: check epoch, orbit and Sun"
             )
     for name, channel in evidence.channels.items():
         chi2 = channel.chi2_per_reading

@@ -78,7 +78,7 @@ def test_what_fits_and_does_not_predict_is_not_converged(mag, words):
         (
             channel(bright=20, contradicted=5),
             {},
-            "the computed shadow contradicts 5 of 20 bright samples of mag: check",
+            "the computed shadow contradicts 5 samples of mag, which has 20 bright ones: check",
         ),
         (None, {"hopeless": True}, "does not explain"),
         (None, {"ratio": 5.0}, "does not explain"),
