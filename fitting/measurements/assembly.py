@@ -118,7 +118,7 @@ def build_sensed(
     grid = StepGrid.through(t, start=t[0], max_step=max_step, stops=stops, pad_samples=pad_samples, pad_steps=pad_steps)
     extra = len(grid.sample_index) - len(t)
     padded_t = np.pad(t, (0, extra), mode="edge")
-    seen = _sky(samples, model, around, padded_t) if sky is None else _part(sky, t_whole, t[0], len(padded_t))
+    around_samples = _sky_of(samples, model, around, padded_t) if sky is None else _sky_since(sky, t_whole, padded_t)
     nodes = np.asarray(grid.node_times)
     node_sun = around.sun_eci(samples.epoch, nodes) if around.pushed else None
     orbit = nodes_at(around, nodes, node_sun)
@@ -131,7 +131,7 @@ def build_sensed(
     return SensedProblem(
         grid=grid,
         orbit=orbit,
-        sky=seen,
+        sky=around_samples,
         measured=measured,
         known=known,
         sigma=sigma,
@@ -145,16 +145,18 @@ def build_sensed(
     )
 
 
-def _sky(samples: Samples, model: Model, around: Around, t: np.ndarray) -> Sky:
+def _sky_of(samples: Samples, model: Model, around: Around, t: np.ndarray) -> Sky:
+    """The sky at the samples' padded times."""
     lit = any("light" in sensor.needs for sensor in model.sensors.values())
     columns = {name: np.interp(t, *pair) for name, pair in samples.columns.items()}
     return sky_at(around, t, around.sun_eci(samples.epoch, t) if lit else None, columns)
 
 
-def _part(sky: Sky, t: np.ndarray, begin: float, count: int) -> Sky:
-    """The sky at the samples from `begin` on: the same, or the last of them and then the very last again."""
-    index = np.minimum(np.searchsorted(t, begin) + np.arange(count), len(t) - 1)
-    return jax.tree.map(lambda leaf: leaf if index[0] == 0 else np.asarray(leaf)[index], sky)
+def _sky_since(sky: Sky, t_whole: np.ndarray, t: np.ndarray) -> Sky:
+    """The same from that of the whole session: of its last samples, and then of the very last again."""
+    first = int(np.searchsorted(t_whole, t[0]))
+    index = np.minimum(first + np.arange(len(t)), len(t_whole) - 1)
+    return sky if first == 0 else jax.tree.map(lambda leaf: np.asarray(leaf)[index], sky)
 
 
 def commands_of(model: Model, samples: Samples) -> Commands | None:

@@ -1,7 +1,7 @@
 """What all pictures share: panel colours, figure set-up without global state, shadow shading, PNG output."""
 
 import io
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -109,5 +109,7 @@ def rendered(figure: Figure) -> np.ndarray:
 def png_of(pixels: np.ndarray) -> bytes:
     """Returns pixels as a PNG file's content."""
     buffer = io.BytesIO()
-    imsave(buffer, pixels, format="png", dpi=DPI, metadata={"Software": None}, pil_kwargs={"compress_level": 4})
+    # None: no entry of the program's name and version.
+    metadata: Any = {"Software": None}
+    imsave(buffer, pixels, format="png", dpi=DPI, metadata=metadata, pil_kwargs={"compress_level": 4})
     return buffer.getvalue()

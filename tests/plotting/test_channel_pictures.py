@@ -85,10 +85,10 @@ def test_panels_share_a_scale_and_show_direct_light_and_doubt():
     own = replace(own, measured=modelled, modelled=modelled, direct=0.8 * modelled, shared=True, reduced=light)
     figure = draw_readings(own, TIMELINE, unit="mA", title="cells")
     charts = figure.axes[::2]
-    assert {axes.get_ylim() for axes in charts} == {own.limits(0)} and own.limits(0)[1] == 150.0
+    assert {axes.get_ylim() for axes in charts} == {own.limits(0)} == {(-4.5, 150.0)}
     # The model's curve, the direct light's, and hollow one of the second panel.
     np.testing.assert_array_equal(charts[1].get_lines()[0].get_ydata(), 0.8 * modelled[:, 1])
-    hollow = [[len(line.get_xdata()) for line in axes.get_lines() if line.get_marker() == "o"] for axes in charts]
+    hollow = [[np.size(line.get_xdata()) for line in axes.get_lines() if line.get_marker() == "o"] for axes in charts]
     assert hollow == [[0], [1], [0], [0]]
     texts = [text.get_text() for text in figure.legends[0].get_texts()]
     assert {"direct sunlight alone", "weighed down", "left out of the fit"} <= set(texts)

@@ -65,7 +65,7 @@ def _channel(channel: ChannelFit, note: str) -> dict[str, Any]:
         "scale": short(np.array(r.limits(0))) if r.shared else None,
         "t_s": np.round(r.t_s[every], 3),
         # 1 used, 3 left out.
-        "use": np.where(r.used[every], 1, 3),
+        "use": np.where(channel.used[every], 1, 3),
         "readings": [
             {
                 "name": name,

@@ -31,7 +31,8 @@ def readings_of(channel: ChannelFit) -> Readings:
         differences=differences,
         residual=_telling(channel),
         promised=channel.promised,
-        used=channel.used,
+        # A panel that sees nothing is no outlier.
+        used=channel.used[:, None] | (measured == 0.0) if panels and same else channel.used,
         reduced=_reduced(channel),
         direct=channel.direct,
         notes=_notes(channel) if same else (),
@@ -45,6 +46,8 @@ def _telling(channel: ChannelFit) -> np.ndarray:
     if channel.weight is None:
         return channel.residual
     silent = (channel.fitted & channel.used)[:, None] & ~(channel.weight > 0.0)
+    if channel.kind == PANELS_KIND:
+        silent |= ~channel.used[:, None] & (channel.measured == 0.0)
     return np.where(silent, np.nan, channel.residual)
 
 
@@ -67,7 +70,10 @@ def _notes(channel: ChannelFit) -> list[str]:
     """Residuals of each column as text, of what was fitted, and how many of them there are."""
     notes = []
     for k in range(len(channel.columns)):
-        counted, out = counted_of(channel)[:, k], np.isfinite(channel.residual[:, k]) & channel.fitted & ~channel.used
+        counted, known = counted_of(channel)[:, k], np.isfinite(channel.measured[:, k])
+        if channel.kind == PANELS_KIND:
+            known &= channel.measured[:, k] != 0.0
+        out = known & channel.fitted & ~channel.used
         parts = []
         if counted.any():
             rms = float(np.sqrt((channel.residual[counted, k] ** 2).mean()) * channel.sigma)
