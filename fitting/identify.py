@@ -17,6 +17,7 @@ from fitting.solvers.adaptive import panels_of, refine_adaptively
 from fitting.solvers.refine import Refined, candidates, refine
 from fitting.starts.carry import carried_back
 from fitting.starts.conventions import Convention, conventions, with_axes
+from fitting.starts.growing import FIRST_ARC, Run, grow
 from fitting.starts.ladder import directed_samples, first_guesses, telling_samples
 from fitting.starts.mounting import with_turns
 from fitting.starts.multi_start import Progress, compile_solvers

@@ -9,35 +9,39 @@ whole session from random starts: how many reach the best minimum. Prints tables
 import argparse
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 from models import fit_peer_model, fit_peer_numba
 from models.attitude_job import timed
 from scipy.optimize import least_squares
 
 from fitting.measurements.abstract import RATE_UNIT
-from fitting.measurements.observations import build_problem
-from fitting.parameters.nominal import nominal_model
-from fitting.parameters.parametrization import parametrization
-from fitting.session import prepare_session
-from fitting.settings import FitSettings
+from fitting.measurements.assembly import Samples, build_sensed, usable
+from fitting.measurements.floor import NO_FLOOR
+from fitting.parameters.free import free_parameters
+from fitting.sensed_run import chosen_leaves
 from fitting.solvers.descent import adam, lbfgs
 from fitting.solvers.least_squares import levenberg_marquardt
 from fitting.solvers.refine import PLAIN
-from fitting.starts.first_guesses import random_starts
-from fitting.starts.multi_start import Stage, Starts, _settings, advance, grow, solve
-from fitting.starts.schedule import arc_schedule
+from fitting.starts.conventions import Convention
+from fitting.starts.growing import Run, arcs, grow
+from fitting.starts.ladder import directed_samples, first_guesses
+from fitting.starts.multi_start import Stage, Starts, _settings, advance, solve
+from fitting.starts.sights import sights_of
+from fitting.surroundings import surroundings
 from jaxsat.bundled import BUNDLED
 from jaxsat.integrators import RK4, step_for
 from jaxsat.satellites import read_satellite
 from jaxsat.telemetry import read_telemetry
 
+MAGNET, RODS = ("magnet.x", "magnet.y", "magnet.z"), ("rods.y", "rods.z")
+INERTIA = tuple(f"inertia.{entry}" for entry in ("xx", "yy", "zz", "xy", "xz", "yz"))
 FINE_STEP = 16.0
 """Integration step of part A [s]."""
 TURN, RATE_OFF = np.radians([2.0, -1.5, 1.0]), np.array([3e-3, -2e-3, 2e-3])
@@ -59,21 +63,24 @@ class Job:
         truth = json.loads(BUNDLED.with_suffix(".truth.json").read_text())
         cfg = truth["cfg"]
         known = {"spacecraft.imax_mA": cfg["imax"], "albedo.specular": cfg["albedo_specular"]}
-        satellite, settings = read_satellite(changed=known), FitSettings(free="magnet,rods,inertia")
-        data = prepare_session(read_telemetry(BUNDLED, satellite)).observations()
-        noise = 1e-3 * settings.reading_sigma_mA
-        self.problem = problem = build_problem(data, noise=noise, max_step=max_step)
-        self.parameters = parameters = parametrization(
-            nominal_model(satellite), settings.free_names, settings.prior_sigma
-        )
-        self.lit, agree = problem.bright() & problem.sunlit(), problem.bright() == problem.sunlit()
-        self.weight = np.repeat((np.asarray(problem.valid) & agree).astype(float)[:, None], 6, axis=1)
-        self.last = len(data.t) - 1
-        self.x = np.zeros(17)
-        self.x[:6] = np.concatenate([TURN, np.array(truth["w"][0]) / RATE_UNIT + RATE_OFF])
+        satellite = read_satellite(changed=known)
+        session = read_telemetry(BUNDLED, satellite)
+        cells = session.channels["cells"]
+        self.samples = samples = Samples.of({"cells": cells}, session.epoch, {})
+        around, _ = surroundings(satellite, session)
+        problem = build_sensed(samples, satellite.model, around, delayed=(), max_step=max_step, room_for=max_step)
+        self.problem = problem = replace(problem, floor=np.full(problem.floor.shape, NO_FLOOR))
+        free = chosen_leaves(satellite.leaves, ["magnet", "rods", "inertia"])
+        self.parameters = parameters = free_parameters(satellite.model, satellite.leaves, free, held=satellite.held)
+        self.moves = parameters.everything
+        self.weight = usable(problem, samples)
+        self.last = len(samples.t) - 1
+        state = np.concatenate([TURN, np.array(truth["w"][0]) / RATE_UNIT + RATE_OFF])
+        self.x = np.pad(state, (0, len(self.moves) - len(state)))
         self.reference = np.array(truth["q"][0])
 
-        light, n = problem.light, len(data.t)
+        light, n = problem.sky.light, len(samples.t)
+        assert light is not None
         self.tables = fit_peer_model.Tables(
             step=np.asarray(problem.grid.step),
             position=np.asarray(problem.orbit.position_eci),
@@ -85,25 +92,34 @@ class Job:
             mirror_factor=np.asarray(light.specular_factor)[:n],
             patch_direction=np.asarray(light.diffuse_direction_eci)[:n],
             patch_weight=np.asarray(light.diffuse_weight)[:n],
-            measured=np.asarray(problem.measured)[:n],
+            measured=np.asarray(problem.measured["cells"])[:n],
             used=self.weight[:n, 0] > 0,
-            noise=noise,
+            noise=cells.sigma,
         )
-        value = np.asarray(parameters.nominal)
+        names = [leaf.name for leaf in satellite.leaves]
+        value = dict(zip(names, np.asarray(parameters.tree.nominal), strict=True))
+        sigma = {leaf.name: leaf.sigma for leaf in satellite.leaves}
         self.satellite = fit_peer_model.Satellite(
-            magnet=value[0:3],
-            rods=value[3:5],
-            inertia=value[5:11],
-            sigma=np.asarray(parameters.scale)[:11],
-            rods_field=float(parameters.reference_field),
-            max_current=float(value[11]),
-            specular=float(value[18]),
-            diffuse=float(value[19]),
+            magnet=np.array([value[name] for name in MAGNET]),
+            rods=np.array([value[name] for name in RODS]),
+            inertia=np.array([value[name] for name in INERTIA]),
+            sigma=np.array([sigma[name] for name in MAGNET + RODS + INERTIA], dtype=float),
+            rods_field=3.0e-5,
+            max_current=float(value["imax"]),
+            specular=float(value["albedo.specular"]),
+            diffuse=float(value["albedo.diffuse"]),
         )
+        # The peers count their unknowns in this order, ours in that of the satellite file, padding between.
+        places = [parameters.names.index(name) for name in MAGNET + RODS + INERTIA]
+        self.places = np.array([*range(6), *places])
+
+    def of_peers(self, x: np.ndarray) -> np.ndarray:
+        """Our unknowns in the order of the peers."""
+        return x[..., self.places]
 
     def stage(self, iterations: int) -> Stage:
         """The whole session, plain least squares, everything free."""
-        return Stage(self.last, 10**9, iterations, PLAIN, np.ones(17, bool))
+        return Stage(self.last, 10**9, iterations, PLAIN, self.moves)
 
     def peer(self, propagate: fit_peer_model.Propagate, reference: np.ndarray) -> fit_peer_model.Model:
         """The model of the peers about an attitude."""
@@ -112,7 +128,8 @@ class Job:
 
 def local(job: Job) -> list[dict]:
     """Part A: a row each for time, evaluations and cost at the end."""
-    bounds = job.parameters.bounds()
+    bounds, start = job.parameters.bounds(), job.of_peers(job.x)
+    limits = tuple(job.of_peers(bound) for bound in bounds)
     runs: list[tuple[str, Callable[[], Any], Callable[[Any], float], int]] = []
     chunk = (job.problem, job.parameters, job.stage(ITERATIONS["LM"]), job.x[None], job.reference[None], job.weight)
     solve(*chunk)
@@ -121,21 +138,21 @@ def local(job: Job) -> list[dict]:
         # One start alone, where `fit` has chunks of several.
         jitted: Any = eqx.filter_jit(solver)
         settings = _settings(job.problem, job.stage(ITERATIONS[name]))
-        inputs = (job.problem, job.parameters, settings, bounds, job.x, job.reference, job.weight)
+        inputs = (job.problem, job.parameters.tree, settings, bounds, job.x, job.reference, job.weight)
         call = partial(jitted.lower(*inputs).compile(), *inputs)
         run = lambda call=call: jax.block_until_ready(call())  # noqa: E731
         runs.append((f"ours, {name}, one start alone", run, lambda p: float(p.cost), repeats))
 
     numpy = job.peer(fit_peer_model.propagate, job.reference)
     compiled_peer = job.peer(fit_peer_numba.propagate, job.reference)
-    compiled_peer.residual(job.x)
+    compiled_peer.residual(start)
     for name, model, repeats, options in (
         ("SciPy LM, NumPy, columns one by one", numpy, 1, {"method": "lm", "jac": "2-point"}),
         ("SciPy LM, NumPy, columns at once", numpy, 1, {"method": "lm", "jac": numpy.jacobian}),
-        ("SciPy TRF, NumPy, columns at once", numpy, 1, {"method": "trf", "jac": numpy.jacobian, "bounds": bounds}),
+        ("SciPy TRF, NumPy, columns at once", numpy, 1, {"method": "trf", "jac": numpy.jacobian, "bounds": limits}),
         ("SciPy LM, numba, column after column", compiled_peer, 5, {"method": "lm", "jac": compiled_peer.jacobian}),
     ):
-        fit = partial(least_squares, model.residual, job.x, **options)
+        fit = partial(least_squares, model.residual, start, **options)
         runs.append((name, fit, lambda found: float(found.cost), repeats))
 
     rows = []
@@ -155,13 +172,11 @@ def local(job: Job) -> list[dict]:
 
 def blind(job: Job, count: int, numpy_count: int) -> list[dict]:
     """Part B: from the same starts, how many reach the least cost that any of them found, and the time of all."""
-    first = int(np.flatnonzero(job.lit)[0])
-    measured, sun = jnp.asarray(job.problem.measured), jnp.asarray(job.problem.light.sun_eci)
-    q, rate = random_starts(jax.random.key(0), count, measured[first], sun[first], jnp.asarray(MAX_RATE))
-    x = np.zeros((count, 17))
-    x[:, 3:6] = np.asarray(rate) / RATE_UNIT
-    starts = Starts(x, np.asarray(q), np.zeros(count))
-    schedule = arc_schedule(job.lit[: job.last + 1], job.last, job.parameters.free)
+    sights = sights_of(job.problem, job.samples)
+    guesses = first_guesses(sights, 0, count, MAX_RATE, np.random.default_rng(0))
+    starts = guesses.starts(len(job.moves))
+    seen = directed_samples(sights)
+    schedule = arcs(seen, job.last, job.parameters)
     common = (job.problem, job.parameters)
 
     def finished(grown: Starts, iterations: int = 30) -> np.ndarray:
@@ -174,7 +189,9 @@ def blind(job: Job, count: int, numpy_count: int) -> list[dict]:
         return finished(grown)
 
     def grown_as_fitted():
-        survivors = grow(*common, schedule, starts, job.weight, lambda *_: None)
+        runs = [Run(Convention({}, 0.0), job.problem, starts)]
+        grow(runs, seen, job.last, job.parameters, job.weight)
+        survivors = runs[0].starts
         return finished(survivors.take(np.arange(min(8, len(survivors.cost)))))
 
     def scipy(propagate, number):
@@ -182,7 +199,7 @@ def blind(job: Job, count: int, numpy_count: int) -> list[dict]:
         for k in range(number):
             model = job.peer(propagate, starts.reference[k])
             options = {"method": "lm", "jac": model.jacobian, "max_nfev": MAX_EVALUATIONS}
-            costs.append(least_squares(model.residual, x[k], **options).cost)
+            costs.append(least_squares(model.residual, job.of_peers(starts.x[k]), **options).cost)
         return np.array(costs)
 
     runs: list[tuple[str, Callable[[], np.ndarray], int]] = [

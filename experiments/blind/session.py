@@ -68,8 +68,9 @@ def blind_session(number: int, cache: Path, *, hard: bool) -> BlindSession:
     path = session_file(number, cache, hard=hard)
     truth = json.loads(path.with_suffix(".truth.json").read_text())
     regime = regime_of(number)
-    known = {"max_rate_deg_s": MAX_SPIN_DEG_S[regime]} if regime < len(MAX_SPIN_DEG_S) else {}
-    settings = SensedSettings(free=EVERYTHING + (("gains",) if hard else ()), **known)
+    settings = SensedSettings(free=EVERYTHING + (("gains",) if hard else ()), starts=256)
+    if regime < len(MAX_SPIN_DEG_S):
+        settings = settings.changed(max_rate_deg_s=MAX_SPIN_DEG_S[regime])
     satellite = read_satellite()
     session = read_telemetry(path, satellite)
     epoch = dt.datetime.fromisoformat(session.epoch.iso(3))

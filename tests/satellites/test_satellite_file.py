@@ -9,7 +9,7 @@ from satellite_text import BODY, MAG
 
 from jaxsat.errors import InputError
 from jaxsat.satellites import Satellite, read_numbers, read_satellite
-from jaxsat.satellites.model import nominal_values, with_values
+from jaxsat.satellites.model import array_at, nominal_values, with_values
 
 
 def read(path) -> Satellite:
@@ -424,7 +424,7 @@ def test_files_of_munins_numbers_give_a_satellite_too(file):
     assert read_numbers(path).spacecraft.imax_mA == 230.0
     found = read_satellite(path)
     assert found.name == "Munin"
-    assert float(found.model.sensors["cells"].max_current) == pytest.approx(0.23)
+    assert float(array_at(found.model, "sensors.cells.max_current")) == pytest.approx(0.23)
 
 
 def test_diodes_that_send_elevations_have_gains_and_tilts_by_their_faces(file):

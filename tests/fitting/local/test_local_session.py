@@ -45,8 +45,9 @@ def samples(quick_compilation):
     )
     t = np.array(TRUTH["t"])[CHOSEN]
     field = igrf_field(Epoch.from_utc(2001, 1, 18, 4, 54, 15.0).decimal_year())
-    numbers = (np.asarray(x) for x in (TRUTH["greenwich0"], 7.2921159e-5, 6371.2e3))
-    sky = sky_at(Around(orbit, field, *numbers, sharp=True), t, sun_eci(), {})
+    angle, rate, radius = (np.asarray(x) for x in (TRUTH["greenwich0"], 7.2921159e-5, 6371.2e3))
+    sky = sky_at(Around(orbit, field, angle, rate, radius, sharp=True), t, sun_eci(), {})
+    assert sky.light is not None
     panels = SolarPanels(box_normals(), jnp.asarray(1e-3 * TRUTH["cfg"]["imax"]), jnp.ones(6))
     currents = 1e-3 * np.array(TRUTH["currents_clean"])[CHOSEN]
     return LocalSamples(t, currents, np.array(sky.b_field_eci), mirror_light(sky.light), panels, mirror_earth(), 2e-3)

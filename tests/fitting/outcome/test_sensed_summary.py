@@ -104,5 +104,5 @@ def test_left_out_samples_are_counted(minimum):
     limited = minimum.refined.limited.copy()
     limited[0, 3:6, 0] = True
     result = summarized(minimum, dataclasses.replace(minimum.refined, limited=limited))
-    assert result.limited.sum() == 3 and (~result.channels["cells"].used).sum() == 3
+    assert result.limited is not None and result.limited.sum() == 3 and (~result.channels["cells"].used).sum() == 3
     assert any(remark.startswith("3 of 71 samples of cells left out") for remark in result.remarks)

@@ -8,7 +8,7 @@ import pytest
 from jaxsat.bundled import BUNDLED, MUNIN_SATELLITE
 from jaxsat.errors import InputError
 from jaxsat.satellites import Satellite, read_satellite
-from jaxsat.telemetry import read_telemetry
+from jaxsat.telemetry import read_session, read_telemetry
 
 
 def munin(path: Path = MUNIN_SATELLITE) -> Satellite:
@@ -19,7 +19,7 @@ def munin(path: Path = MUNIN_SATELLITE) -> Satellite:
 
 @pytest.fixture(scope="module")
 def both():
-    return read_telemetry([BUNDLED], munin()), read_telemetry(BUNDLED)
+    return read_telemetry([BUNDLED], munin()), read_session(BUNDLED)
 
 
 def test_channels_hold_currents_and_field_in_si(both):
