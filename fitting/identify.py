@@ -8,6 +8,7 @@ import numpy as np
 
 from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.assembly import Samples, build_sensed, usable
+from fitting.measurements.enough import check_sunlit
 from fitting.measurements.sensed import SensedProblem
 from fitting.measurements.sky import Around
 from fitting.outcome.looking import prepare_look
@@ -83,6 +84,7 @@ def identify(
     build = {"whole": samples, "delayed": delayed}
     # The sky first, on the coarsest grid: sights need no motion.
     first = build_sensed(samples, model, around, max_step=settings.step_s, room_for=settings.step_s, **build)
+    check_sunlit(first, {name: channel.witness for name, channel in samples.channels.items()}, FIRST_ARC)
     found = conventions(first, samples, unknown_axes)
     sights = sights_of(with_axes(first, found[0]), samples)
     fastest = max(_seen_rate(sights), float(np.radians(settings.max_rate_deg_s)))

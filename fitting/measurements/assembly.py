@@ -75,9 +75,12 @@ def channels_within(session: TableSession, arc_s: tuple[float, float] | None) ->
             inside = (channel.t_s >= arc_s[0]) & (channel.t_s <= arc_s[1])
         if np.isfinite(channel.values[inside]).any():
             found[name] = replace(channel, t_s=channel.t_s[inside], values=channel.values[inside])
+    if not found and arc_s is not None:
+        first, last = session.span_s
+        reason = f"no sample between {arc_s[0]:g} and {arc_s[1]:g} s; the session runs from {first:g} to {last:g} s"
+        raise InputError(reason, file=session.paths[0], field="arc")
     if not found:
-        within = "" if arc_s is None else f" from {arc_s[0]:g} to {arc_s[1]:g} s"
-        raise InputError(f"no channel of the satellite file has a reading{within}", file=session.paths[0])
+        raise InputError("no channel of the satellite file has a reading", file=session.paths[0])
     return found
 
 

@@ -5,11 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
+from fitting.measurements.sensed import SensedProblem
 from jaxsat.errors import InputError
 from jaxsat.satellites.model import Model
 from jaxsat.sensors import Panels
 from jaxsat.telemetry import Channel
 
+FIELD = "currents"
+"""What an error names."""
 FEWEST_LIT = 5
 """Samples with light."""
 
@@ -29,13 +32,28 @@ def check_light(channels: Mapping[str, Channel], model: Model, path: Path) -> No
     seen = np.nan_to_num(channel.values) > channel.sigma
     lit, count = int(seen.any(axis=1).sum()), len(seen)
     if lit == 0:
-        raise InputError(f"all {count} samples are in shadow: no reading exceeds {told}", file=path, field=name)
+        raise InputError(f"all {count} samples are in shadow: no current exceeds {told}", file=path, field=FIELD)
     ever = np.asarray(seen.any(axis=0))
     normals = np.asarray(sensor.normals)[ever]
     if np.linalg.matrix_rank(normals, tol=0.1) < 2:
-        which = " and ".join(column for column, found in zip(channel.columns, ever, strict=True) if found)
+        panels = [column for column, found in zip(channel.columns, ever, strict=True) if found]
+        which = f"panel {panels[0]}" if len(panels) == 1 else f"the panels {' and '.join(panels)}"
         reason = f"only {which} ever exceed(s) {told}; the attitude needs light on panels of two axes"
-        raise InputError(reason, file=path, field=name)
+        raise InputError(reason, file=path, field=FIELD)
     if lit < FEWEST_LIT:
-        reason = f"only {lit} of {count} samples are lit (a reading above {told}); at least {FEWEST_LIT} are needed"
-        raise InputError(reason, file=path, field=name)
+        reason = f"only {lit} of {count} samples are lit (a current above {told}); at least {FEWEST_LIT} are needed"
+        raise InputError(reason, file=path, field=FIELD)
+
+
+def check_sunlit(problem: SensedProblem, witness: Mapping[str, bool], fewest: int) -> None:
+    """Raises `InputError` where all that is fitted sees light alone, and too few samples do so outside the shadow."""
+    light, sensors = problem.sky.light, problem.model.sensors
+    fitted = np.array([not witness[group.name] for group in problem.groups])
+    seeing = np.array([sensors[group.name].sees == "sun" for group in problem.groups])
+    if light is None or np.any(fitted & ~seeing):
+        return
+    lit = np.asarray(problem.bright)[:, fitted].any(axis=1) & (np.asarray(light.illumination) > 0.0) & problem.valid
+    if lit.sum() < fewest:
+        raise InputError(
+            f"only {lit.sum()} samples both outside the computed shadow and with light; a fit needs at least {fewest}"
+        )

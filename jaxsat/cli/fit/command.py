@@ -140,7 +140,7 @@ def fit(
     from jaxsat.cli.fit.one import Clock, fit_one
 
     if satellite is None:
-        read = OfRawSun.by(settings, limb, free, holdout)
+        read = OfRawSun.by(settings, limb, free, holdout, config)
     else:
         read = OfTables.by(satellite, given | ({} if free is None else {"free": tuple(free.split(","))}))
     if not files:

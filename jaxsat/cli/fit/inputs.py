@@ -64,14 +64,22 @@ class OfRawSun:
     """File of limb angles."""
 
     @staticmethod
-    def by(config: "Config", limb: Path | None, free: str | None, holdout: float | None) -> "OfRawSun":
-        """Raises CycloptsError where `free`, of the command line, names what Munin has not."""
+    def by(
+        config: "Config", limb: Path | None, free: str | None, holdout: float | None, file: Path | None = None
+    ) -> "OfRawSun":
+        """Raises CycloptsError where `free`, of the command line, names what Munin has not, `InputError` for its key in
+        the configuration's `file`."""
         used = limb is not None and config.fit.limb_weight > 0.0
         satellite = config.described(limb=used)
         settings = config.fit.settings
         if holdout is not None:
             settings = settings.changed(holdout=holdout)
-        _check_free(satellite, None if free is None else settings.free)
+        if free is None and file is not None:
+            try:
+                chosen_leaves(satellite.leaves, settings.free, satellite.aliases)
+            except InputError as error:
+                raise InputError(error.reason, file=file, field="fit.free") from None
+        _check_free(satellite, settings.free)
         return OfRawSun(satellite, config, settings, limb)
 
     def __call__(self, files: Sequence[Path]) -> Inputs:
