@@ -158,7 +158,7 @@ def test_rows_that_are_left_out_are_listed(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("satellite", "table", "said"),
     [
-        ("[spacecraft]\nimax_mA = 230.0\n", "utc\n2020-11-21T20:58:01Z\n", "pass.csv: sample time: no such column"),
+        ("[spacecraft]\nimax_mA = 230.0\n", "utc\n2020-11-21T20:58:01Z\n", "no such column; there are utc"),
         (SATELLITE.replace("bx", "b1"), "utc,bx,by,bz\n2020-11-21T20:58:01Z,1,2,3\n", "pass.csv: b1: no such column"),
         (
             SATELLITE.replace("[sensors.mag]", "[sensor.mag]"),

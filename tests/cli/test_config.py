@@ -106,7 +106,6 @@ BAD = {
     "short list": ("[spacecraft]\nmagnet_A_m2 = [1, 2]", r"spacecraft.magnet_A_m2\[2\]: Field required"),
     "table for number": ("[fit.noise_mA]\nx = 1", "fit.noise_mA: .*valid number"),
     "number for table": ("orbit = 3", "orbit: "),
-    "free": ('[fit]\nfree = "magnt"', "fit.free: unknown free parameter 'magnt'"),
     "free list": ("[fit]\nfree = [1]", "fit.free: .*string"),
     "arc": ("[fit]\narc_s = [10, 10]", r"fit.arc_s: expected \[t0, t1\] with t0 < t1"),
     "drop": ("[cleaning]\ndrop_s = [[1, 2], [4, 3]]", r"cleaning.drop_s\[1\]: expected \[t0, t1\]"),

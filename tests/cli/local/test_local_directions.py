@@ -140,7 +140,7 @@ def test_nothing_to_solve():
     ("more", "status", "said"),
     [
         (["--albedo-max", "0.3"], 2, "--albedo-max cannot stand beside --satellite"),
-        (["--arc", "9000", "9100"], 1, "no channel of the satellite file has a reading from 9000 to 9100 s"),
+        (["--arc", "9000", "9100"], 1, "no sample between 9000 and 9100 s"),
     ],
 )
 def test_refusals(more, status, said, capsys):

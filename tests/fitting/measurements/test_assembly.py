@@ -34,5 +34,5 @@ def test_a_channel_without_a_reading_in_the_arc_is_left_out():
         "star": 1,
     }
     assert {name: len(each.t_s) for name, each in channels_within(SESSION, (10.0, 40.0)).items()} == {"mag": 31}
-    with pytest.raises(InputError, match="has a reading from 200 to 300 s"):
+    with pytest.raises(InputError, match="no sample between 200 and 300 s"):
         channels_within(SESSION, (200.0, 300.0))

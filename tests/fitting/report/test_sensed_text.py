@@ -39,6 +39,7 @@ def test_the_colour_is_that_of_the_verdict():
 
 
 def test_a_fit_of_the_motion_alone_has_no_table_of_parameters():
-    result = make_sensed_result(parameters=(), buys={}, correlations={}, remarks=(), alternatives=(), axes={})
+    nothing = {"parameters": (), "buys": {}, "correlations": {}, "remarks": (), "alternatives": (), "axes": {}}
+    result = make_sensed_result(**nothing, unseen=(), gauge=None)
     text = shown(result)
     assert "buys" not in text and "fixed" not in text and "correlated" not in text
