@@ -37,8 +37,5 @@ class SensedSettings(Section):
 
     @model_validator(mode="after")
     def _solver_of_weights(self):
-        if self.adaptive.on and self.solver != "levenberg_marquardt":
-            raise ValueError(
-                f"adaptive weights are solved by levenberg_marquardt, not by {self.solver}: set one of them"
-            )
+        self.adaptive.check_solver(self.solver)
         return self

@@ -34,3 +34,8 @@ class AdaptiveRules(Section):
     specular_reflectivity: float = Field(default=0.5, ge=0, le=1, description="of the Earth, for its I_alb [1]")
     zero_in_shadow: bool = Field(default=True, description="take currents in the Earth's shadow for zero")
     zero_turned_away: bool = Field(default=True, description="and those of panels turned away from the Sun")
+
+    def check_solver(self, solver: str) -> None:
+        """Raises ValueError for a solver that does not know the weights."""
+        if self.on and solver != "levenberg_marquardt":
+            raise ValueError(f"adaptive weights are solved by levenberg_marquardt, not by {solver}: set one of them")

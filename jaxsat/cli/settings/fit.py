@@ -54,23 +54,12 @@ class FitSection(Readings):
 
     @model_validator(mode="after")
     def _solver_of_weights(self):
-        if self.adaptive.on and self.solver != "levenberg_marquardt":
-            raise ValueError(
-                f"adaptive weights are solved by levenberg_marquardt, not by {self.solver}: set one of them"
-            )
+        self.adaptive.check_solver(self.solver)
         return self
 
     @property
     def settings(self) -> SensedSettings:
         """Those of them that are not of the satellite."""
-        return SensedSettings(
-            free=tuple(part.strip() for part in self.free.split(",")),
-            arc_s=self.arc_s,
-            starts=self.starts,
-            seed=self.seed,
-            max_rate_deg_s=self.max_rate_deg_s,
-            step_s=self.step_s,
-            likelihood=self.likelihood,
-            solver=self.solver,
-            adaptive=self.adaptive,
-        )
+        free = tuple(part.strip() for part in self.free.split(","))
+        shared = type(self).model_fields.keys() & SensedSettings.model_fields.keys()
+        return SensedSettings.model_validate({name: getattr(self, name) for name in shared} | {"free": free})
