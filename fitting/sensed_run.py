@@ -172,10 +172,9 @@ def chosen_leaves(
     prefixes = {".".join(name.split(".")[:k]) for name in names for k in range(1, name.count(".") + 2)}
     # What says the same in another way is asked for by its own name.
     below = [leaf.name for leaf in leaves if not leaf.restates]
-    folded = {name.casefold(): meant for name, meant in (aliases or {}).items()}
     chosen: set[str] = set()
     for item in (part.strip() for part in free):
-        for each in [item] if item in prefixes else _spelt_out(item, folded):
+        for each in [item] if item in prefixes else _spelt_out(item, aliases or {}):
             found = [name for name in names if name == each or (name in below and name.startswith(f"{each}."))]
             if not found and each != "state":
                 close = get_close_matches(each, sorted(prefixes), n=1)
@@ -187,12 +186,12 @@ def chosen_leaves(
 
 
 def _spelt_out(item: str, aliases: Mapping[str, Sequence[str]]) -> Sequence[str]:
-    """What an alias stands for, also where it begins a longer name, as gains in gains.+x; `aliases` in lower case."""
-    if item.casefold() in aliases:
-        return aliases[item.casefold()]
+    """What an alias stands for, in capitals or not, also where it begins a longer name, as gains in gains.+x."""
+    meant = {name.casefold(): names for name, names in aliases.items()}
+    if item.casefold() in meant:
+        return meant[item.casefold()]
     head, dot, tail = item.partition(".")
-    head = head.casefold()
-    return [f"{each}.{tail}" for each in aliases[head]] if dot and head in aliases else [item]
+    return [f"{each}.{tail}" for each in meant[head.casefold()]] if dot and head.casefold() in meant else [item]
 
 
 def fit_table(
@@ -216,6 +215,8 @@ def fit_table(
         raise ValueError("a fit works in 64-bit numbers and JAX in 32-bit ones: call jaxsat.set_up_jax() first")
     settings = settings or SensedSettings()
     began = time.perf_counter()
+    if given is not None and given.time.zero_s:
+        session = session.with_time_zero(given.time.zero_s)
     model, leaves, kind = satellite.model, satellite.leaves, satellite.motion.kind
     free = chosen_leaves(leaves, settings.free, satellite.aliases)
     if settings.free is None:

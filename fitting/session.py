@@ -5,14 +5,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fitting.measurements.sky import Around
-from fitting.orbit.orbit_fit import OrbitFit, fit_orbit, given_orbit
+from fitting.orbit.orbit_fit import OrbitFit
+from fitting.surroundings import ellipse_of, greenwich_of
 from jaxsat.bundled import told_names
-from jaxsat.constants import EARTH_MU
 from jaxsat.environment import igrf_field, sun_directions
 from jaxsat.errors import InputError
 from jaxsat.given import Given
 from jaxsat.telemetry import Session, check_usable
-from jaxsat.time import greenwich_angle
 
 
 @dataclass(frozen=True)
@@ -41,10 +40,7 @@ class PreparedSession:
     @property
     def greenwich_angle(self) -> float:
         """Of the Earth at t = 0 [rad]."""
-        # The passage that the user means, which need not be the first after t = 0.
-        perigee_s = self.given.orbit.time_of_perigee_s
-        angle = self.given.earth.greenwich_angle(self.orbit_fit.time_of_perigee_s if perigee_s is None else perigee_s)
-        return greenwich_angle(self.session.epoch) if angle is None else angle
+        return greenwich_of(self.given, self.session.epoch, self.orbit_fit)
 
     def sun_eci(self, t_s: np.ndarray) -> np.ndarray:
         """[time 3] unit vectors to the Sun."""
@@ -86,9 +82,5 @@ def prepare_session(session: Session, given: Given | None = None) -> PreparedSes
     given = given or Given()
     if given.time.zero_s:
         session = session.with_time_zero(given.time.zero_s)
-    elements = given.orbit.elements(EARTH_MU)
-    if elements is None:
-        orbit_fit = fit_orbit(session.t_s, session.position_eci_m, session.velocity_eci_m_s, file=session.path)
-    else:
-        orbit_fit = given_orbit(elements, session.t_s, session.position_eci_m)
-    return PreparedSession(session, orbit_fit, given)
+    states = (session.t_s, session.position_eci_m, session.velocity_eci_m_s)
+    return PreparedSession(session, ellipse_of(given, *states, file=session.path), given)

@@ -1,5 +1,6 @@
 """From a session to the fit's SI input, against the truth beside the sessions."""
 
+import dataclasses
 import json
 import math
 
@@ -91,3 +92,31 @@ def test_what_is_given_takes_the_place_of_what_is_found(prepared):
     np.testing.assert_allclose(np.linalg.norm(sun_eci, axis=1), 1.0, atol=1e-15)
     np.testing.assert_allclose(sun_eci[0], [0.47176670, -0.80932067, -0.34990890], atol=1e-7)
     assert float(given.around.earth_radius) == 6378000.0
+
+
+def test_a_time_zero_that_is_given_moves_all_times_of_a_table():
+    satellite = read_satellite()
+    session = read_telemetry(SESSION, satellite)
+    moved = session.with_time_zero(100.0)
+    assert moved.epoch.seconds_since(session.epoch) == pytest.approx(100.0, abs=1e-6)
+    for name, channel in session.channels.items():
+        np.testing.assert_allclose(moved.channels[name].t_s, channel.t_s - 100.0)
+    assert session.positions is not None and moved.positions is not None
+    np.testing.assert_allclose(moved.positions[0], session.positions[0] - 100.0)
+    old, new = (surroundings(satellite, each)[0] for each in (session, moved))
+    np.testing.assert_allclose(new.orbit(jnp.asarray(0.0))[0], old.orbit(jnp.asarray(100.0))[0], rtol=1e-6)
+
+
+def test_elements_that_are_given_need_positions_to_stand_for():
+    satellite = read_satellite()
+    session = dataclasses.replace(read_telemetry(SESSION, satellite), positions=None)
+    orbit = Orbit(
+        inclination_deg=95.0,
+        raan_deg=64.0,
+        argument_of_perigee_deg=16.0,
+        eccentricity=0.07,
+        semi_major_axis_km=7630.0,
+        time_of_perigee_s=0.0,
+    )
+    with pytest.raises(InputError, match="take the place of positions"):
+        surroundings(satellite, session, Given(orbit=orbit))

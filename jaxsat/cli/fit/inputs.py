@@ -37,20 +37,22 @@ class OfTables:
     """Reads tables by a satellite file."""
 
     satellite: Satellite
-    options: Mapping[str, object]
-    """Of `SensedSettings`."""
+    settings: SensedSettings
 
     @staticmethod
     def by(path: Path, options: Mapping[str, object]) -> "OfTables":
-        """Reads the satellite file; raises `InputError`, and CycloptsError for a `free` that it does not have."""
-        satellite = read_satellite(path)
-        _check_free(satellite, options.get("free"))
-        return OfTables(satellite, options)
+        """Reads the satellite file; `options` are of `SensedSettings`.
+
+        Raises `InputError`, and CycloptsError for a `free` that the satellite does not have.
+        """
+        satellite, settings = read_satellite(path), SensedSettings.model_validate(dict(options))
+        _check_free(satellite, settings.free)
+        return OfTables(satellite, settings)
 
     def __call__(self, files: Sequence[Path]) -> Inputs:
         """The files are one session; raises `InputError`."""
         session = read_telemetry(files, self.satellite)
-        return Inputs(self.satellite, session, SensedSettings.model_validate(dict(self.options)))
+        return Inputs(self.satellite, session, self.settings)
 
 
 @dataclass(frozen=True)
@@ -74,12 +76,7 @@ class OfRawSun:
         settings = config.fit.settings
         if holdout is not None:
             settings = settings.changed(holdout=holdout)
-        if free is None and file is not None:
-            try:
-                chosen_leaves(satellite.leaves, settings.free, satellite.aliases)
-            except InputError as error:
-                raise InputError(error.reason, file=file, field="fit.free") from None
-        _check_free(satellite, settings.free)
+        _check_free(satellite, settings.free, file=None if free is not None else file)
         return OfRawSun(satellite, config, settings, limb)
 
     def __call__(self, files: Sequence[Path]) -> Inputs:
@@ -87,7 +84,6 @@ class OfRawSun:
         (path,) = files
         config, limb = self.config, self.limb
         cleaned = read_session(path, config.numbers, cleaning=config.cleaning)
-        cleaned = cleaned.with_time_zero(config.time.zero_s)
         own = {name: channel for name, channel in self.satellite.channels.items() if name != LIMB}
         session = table_of(cleaned, replace(self.satellite, channels=own))
         if limb is not None and LIMB not in self.satellite.channels:
@@ -106,10 +102,12 @@ class OfRawSun:
         return Inputs(self.satellite, session, self.settings, config.given)
 
 
-def _check_free(satellite: Satellite, free: object) -> None:
-    if isinstance(free, tuple):
-        try:
-            names = chosen_leaves(satellite.leaves, free, satellite.aliases)
-            free_parameters(satellite.model, satellite.leaves, names, held=satellite.held)
-        except InputError as error:
-            raise CycloptsError(msg=f"Invalid value for --free: {error.reason}") from None
+def _check_free(satellite: Satellite, free: Sequence[str] | None, file: Path | None = None) -> None:
+    """Wrong usage where the option names what cannot be free, bad input where the configuration's `file` does."""
+    try:
+        names = chosen_leaves(satellite.leaves, free, satellite.aliases)
+        free_parameters(satellite.model, satellite.leaves, names, held=satellite.held)
+    except InputError as error:
+        if file is not None:
+            raise InputError(error.reason, file=file, field="fit.free") from None
+        raise CycloptsError(msg=f"Invalid value for --free: {error.reason}") from None

@@ -3,7 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -121,6 +121,21 @@ class TableSession:
         """First and last stamp of all channels."""
         ends = [channel.t_s[[0, -1]] for channel in self.channels.values() if channel.t_s.size]
         return float(min(first for first, _ in ends)), float(max(last for _, last in ends))
+
+    def with_time_zero(self, zero_s: float) -> "TableSession":
+        """The same session with time zero moved by `zero_s` seconds."""
+
+        def moved(pair: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+            return pair[0] - zero_s, pair[1]
+
+        return replace(
+            self,
+            epoch=self.epoch.shifted(zero_s),
+            channels={name: replace(each, t_s=each.t_s - zero_s) for name, each in self.channels.items()},
+            columns={name: moved(pair) for name, pair in self.columns.items()},
+            motion=None if self.motion is None else moved(self.motion),
+            positions=None if self.positions is None else moved(self.positions),
+        )
 
     @property
     def rejected_by_reason(self) -> dict[str, int]:
