@@ -26,7 +26,7 @@ def contradicted(problem: SensedProblem) -> np.ndarray:
         sensor, known = problem.model.sensors[group.name], np.asarray(problem.known)[:, columns]
         bright = np.asarray(problem.bright)[:, number]
         own = (share == 0.0) & bright & (sensor.sees == "sun")
-        told = np.any(known, axis=0, keepdims=False).reshape(-1)
+        told = np.atleast_1d(known.any(axis=0))
         if isinstance(sensor, Panels) and told.any():
             least = _least_light(sensor, told) > 2.0 * BRIGHT * float(np.asarray(problem.sigma)[columns][0])
             own |= least & (share == 1.0) & known[:, told].all(axis=1) & ~bright

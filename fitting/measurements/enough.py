@@ -24,9 +24,11 @@ def check_light(channels: Mapping[str, Channel], model: Model, path: Path) -> No
     look along one axis leave the direction to the Sun free to turn about it.
     """
     fitted = {name: channel for name, channel in channels.items() if not channel.witness}
-    (name, channel), *others = fitted.items() or [("", None)]
-    sensor = model.sensors.get(name)
-    if others or channel is None or not isinstance(sensor, Panels):
+    if len(fitted) != 1:
+        return
+    ((name, channel),) = fitted.items()
+    sensor = model.sensors[name]
+    if not isinstance(sensor, Panels):
         return
     told = f"{channel.sigma * channel.to_unit:.2g} {channel.unit}"
     seen = np.nan_to_num(channel.values) > channel.sigma

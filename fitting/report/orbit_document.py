@@ -1,12 +1,8 @@
-"""What results say of an orbit: elements with their sigmas, and the states at the samples of an attitude."""
+"""What results say of an orbit: elements with their sigmas."""
 
 from typing import Any
 
-import numpy as np
-
-from fitting.orbit.orbit_fit import ELEMENT_UNITS, OrbitFit, states
-from jaxsat.telemetry import Session
-from jaxsat.telemetry.elements.tle_lines import international_designator
+from fitting.orbit.orbit_fit import ELEMENT_UNITS, OrbitFit
 
 FRAME = "true equator and equinox of date"
 
@@ -26,18 +22,4 @@ def elements_document(fit: OrbitFit) -> dict[str, dict[str, Any]]:
     return {
         name: {"value": fit.elements[name], "sigma": fit.sigma[name], "unit": unit}
         for name, unit in ELEMENT_UNITS.items()
-    }
-
-
-def orbit_states(session: Session, orbit_fit: OrbitFit, t_s: np.ndarray) -> dict[str, Any]:
-    """Returns satellite, frame, elements and states at `t_s` [s after the epoch]; SI units and radians."""
-    position, velocity = states(orbit_fit.orbit, t_s)
-    return {
-        "object_name": session.raw.satellite,
-        "object_id": international_designator(session.raw.tle[0]),
-        "frame": FRAME,
-        "message": orbit_fit.message,
-        **orbit_document(orbit_fit),
-        "position_eci_m": np.round(position, 3),
-        "velocity_eci_m_s": np.round(velocity, 6),
     }
