@@ -34,7 +34,7 @@ def put_fake_fit(monkeypatch) -> dict:
 
     monkeypatch.setattr("fitting.run.identify", identify)
     monkeypatch.setattr(
-        "fitting.fitted.summarize",
+        "fitting.run.summarize",
         lambda found: replace(make_munin_result(), timing_s=found.timing_s, **changes),
     )
 
