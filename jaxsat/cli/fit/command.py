@@ -150,7 +150,7 @@ def fit(
     asked = {"clock": clock, "plots": plots, "profiles": tuple(profile or ())}
     # Tables are joined by time, RAW_SUN files are sessions by themselves.
     if satellite is not None or len(files) == 1:
-        return fit_one(files, out, read, **asked).exit_status
+        return fit_one(files, out, read, **asked)().exit_status
 
     from jaxsat.cli.fit.many import fit_many
 
