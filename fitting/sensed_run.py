@@ -174,7 +174,7 @@ def chosen_leaves(
     below = [leaf.name for leaf in leaves if not leaf.restates]
     chosen: set[str] = set()
     for item in (part.strip() for part in free):
-        for each in [item] if item in prefixes else _spelt_out(item, aliases or {}):
+        for each in [item] if item in prefixes else spelt_out(item, aliases or {}):
             found = [name for name in names if name == each or (name in below and name.startswith(f"{each}."))]
             if not found and each != "state":
                 close = get_close_matches(each, sorted(prefixes), n=1)
@@ -185,7 +185,7 @@ def chosen_leaves(
     return tuple(name for name in names if name in chosen)
 
 
-def _spelt_out(item: str, aliases: Mapping[str, Sequence[str]]) -> Sequence[str]:
+def spelt_out(item: str, aliases: Mapping[str, Sequence[str]]) -> Sequence[str]:
     """What an alias stands for, in capitals or not, also where it begins a longer name, as gains in gains.+x."""
     meant = {name.casefold(): names for name, names in aliases.items()}
     if item.casefold() in meant:
@@ -235,7 +235,7 @@ def fit_table(
         name for name in channels if f"delays.{name}" in late or float(np.asarray(model.delays[name])) != 0.0
     )
     parameters = free_parameters(model, leaves, free, free_motion=kind == "free", held=satellite.held)
-    asked = [each for name in profiles for each in _spelt_out(name, satellite.aliases)]
+    asked = [each for name in profiles for each in spelt_out(name, satellite.aliases)]
     profiler = Profiler(asked, parameters, settings.likelihood, progress)
     begin, end = float(samples.t[0]), float(samples.t[-1])
     fitted = [name for name, channel in channels.items() if not channel.witness]

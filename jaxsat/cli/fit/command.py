@@ -140,9 +140,10 @@ def fit(
     from jaxsat.cli.fit.one import Clock, fit_one
 
     if satellite is None:
-        read = OfRawSun.by(settings, limb, free, holdout, config)
+        read = OfRawSun.by(settings, limb, free, holdout, config, profile or ())
     else:
-        read = OfTables.by(satellite, given | ({} if free is None else {"free": tuple(free.split(","))}))
+        given |= {} if free is None else {"free": tuple(free.split(","))}
+        read = OfTables.by(satellite, given, profile or ())
     if not files:
         print(f"jaxsat: no file given: fitting the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
         files = [BUNDLED]
