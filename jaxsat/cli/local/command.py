@@ -10,15 +10,19 @@ from cyclopts import CycloptsError, Parameter, validators
 from jaxsat.bundled import BUNDLED
 from jaxsat.cli.shared.folders import default_folder
 from jaxsat.cli.shared.options import Arc, AxisBody, ConfigFile, Drop
+from jaxsat.cli.shared.tables import refuse_tables
 
 Method = Literal["field-roll", "five-parameter", "sun-field"]
 PROGRAM = {"field-roll": "OrbfiGraf", "five-parameter": "OptLoc", "sun-field": "OrSB"}
 
 
 def local(
-    file: Annotated[
-        Path | None,
-        Parameter(help="RAW_SUN file, or with --satellite a table, CSV or Parquet. [default: a bundled synthetic one]"),
+    files: Annotated[
+        list[Path] | None,
+        Parameter(
+            help="RAW_SUN file, or with --satellite tables, CSV or Parquet, that are joined by time. [default: a "
+            "bundled synthetic session]"
+        ),
     ] = None,
     /,
     *,
@@ -94,7 +98,8 @@ def local(
     and returned sunlight apart), local.json and pictures.
 
     With --satellite of any satellite whose sensors see two of field, Sun and
-    nadir, or stars: least squares of the directions. attitude.csv has also
+    nadir, or stars, in one table or in several that are joined by time: least
+    squares of the directions that are seen at once. attitude.csv has also
     the 1-sigma, rates by finite turns and by how much the angle between two
     directions is off; unknown axes are ranked by that.
 
@@ -103,13 +108,14 @@ def local(
     deny, noise being fit.noise_mA, is called `does not fit`.
 
     Exit status: 0 done, 1 bad input or no sample in sunlight, 2 wrong usage,
-    3 no sample has an attitude, or most of those that have do not fit.
+    3 no sample has an attitude, or most of those that have do not fit, or are
+    `inconsistent`: their directions are not as far apart as they must be.
 
     Example: jaxsat local a.RAW_SUN --albedo-max 0.3 --out a-local
 
     Example: jaxsat local --method five-parameter --direct-sigma 0.05
 
-    Example: jaxsat local pass.csv --satellite sat.toml --out pass-local
+    Example: jaxsat local field.csv sun.csv stars.csv --satellite sat.toml --out pass-local
     """
     began = time.perf_counter()
     if satellite is not None:
@@ -118,11 +124,15 @@ def local(
         refused = [option for option, value in own.items() if value is not None]
         if refused:
             raise CycloptsError(msg=f"{', '.join(refused)} cannot stand beside --satellite.")
-        if file is None:
-            raise CycloptsError(msg="--satellite needs a table of telemetry.")
+        if not files:
+            raise CycloptsError(msg="--satellite needs at least one table of telemetry.")
         from jaxsat.cli.local.directions import local_directions
 
-        return local_directions(file, satellite, out, arc_s=arc, began=began, plots=plots)
+        return local_directions(files, satellite, out, arc_s=arc, began=began, plots=plots)
+    refuse_tables(files or ())
+    if files and len(files) > 1:
+        raise CycloptsError(msg="RAW_SUN files are taken one at a time; several tables are joined with --satellite.")
+    file = files[0] if files else None
     if direct_sigma is not None and method != "five-parameter":
         raise CycloptsError(msg="--direct-sigma is for --method five-parameter.")
     if axis_body is not None and method == "sun-field":
