@@ -94,6 +94,24 @@ def test_one_thing_wrong_with_the_field(odd, columns, satellite, said):
     assert any(re.match(said, each) for each in found), found
 
 
+def test_bias_and_scale_by_the_size_of_the_field(odd, tmp_path, capsys):
+    # Columns read x, -z and y of a sensor with a bias and a scale.
+    read = MEASURED * [1.04, 1.0, 0.97] + [2000.0, -1500.0, 800.0]
+    axes = SATELLITE.replace('kind = "magnetometer"', 'kind = "magnetometer"\naxes = ["+x", "-z", "+y"]\nunit = "uT"')
+    (said,) = odd(mag(read[:, [0, 2, 1]] * [1, -1, 1]), axes)
+    assert said.endswith("; bias.x, bias.y, scale.x are further off than the file allows")
+    findings = json.loads((tmp_path / "out" / "check.json").read_text())["findings"]
+    (told,) = (each["numbers"] for each in findings if "bias_x_T" in each["numbers"])
+    # 270 readings of 100 nT, along three unknowns each: 30 nT at 1 sigma.
+    np.testing.assert_allclose([told[f"bias_{c}_T"] for c in "xyz"], [2e-6, -1.5e-6, 8e-7], atol=1e-7)
+    np.testing.assert_allclose([told[f"scale_{c}"] for c in "xyz"], [1.04, 1.0, 0.97], atol=4e-3)
+    assert told["misses_after_T"] == pytest.approx(1e-7, rel=0.15) and told["misses_before_T"] > 1e-6
+    assert "for [sensors.mag]: bias = [2.0" in " ".join(capsys.readouterr().out.split())
+    # What the file allows is not odd.
+    wide = "bias = {value = [0, 0, 0], sigma = 1.0}\nscale = {value = [1, 1, 1], sigma = 0.05}\n"
+    assert odd(mag(read[:, [0, 2, 1]] * [1, -1, 1]), axes.replace("[channels", f"{wide}[channels")) == []
+
+
 def sun(values=SUN_SEEN):
     return dict(zip(["sx", "sy", "sz"], values.T, strict=True))
 

@@ -20,7 +20,8 @@ def check(
 ) -> int:
     """Say what is odd about telemetry before any fit.
 
-    The size of the field against IGRF, light against the computed shadow,
+    The size of the field against IGRF, and the bias and scale of a
+    magnetometer that follow from it, light against the computed shadow,
     angles between what two sensors see, rates, gaps, spacing and rounding of
     stamps, columns that nobody uses, rows left out and why.
 
