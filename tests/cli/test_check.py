@@ -50,7 +50,8 @@ def odd(tmp_path):
 
     def check(columns: dict[str, np.ndarray], satellite: str = SATELLITE, t: np.ndarray = T) -> list[str]:
         stamps = [f"{each}Z" for each in EPOCH.iso_texts(t)]
-        rows = zip(stamps, *(map(repr, map(float, values)) for values in columns.values()), strict=True)
+        cells = (["" if np.isnan(each) else repr(float(each)) for each in values] for values in columns.values())
+        rows = zip(stamps, *cells, strict=True)
         text = ",".join(["utc", *columns]) + "\n" + "".join(",".join(row) + "\n" for row in rows)
         (tmp_path / "pass.csv").write_text(text)
         (tmp_path / "sat.toml").write_text(satellite)
@@ -125,6 +126,34 @@ def test_the_angle_between_field_and_sun(odd, capsys):
     assert any(re.match("mag, sv: .*: axes, a sign", each) for each in found)
 
 
+def test_the_angle_is_known_between_two_readings_too(odd, capsys):
+    every_third = np.where(np.arange(T.size)[:, None] % 3 == 0, SUN_SEEN, np.nan)
+    odd(mag() | sun(every_third), SATELLITE + SUN)
+    # 180 rows are lit, 60 of them with a reading of the Sun; between them it turns by less than 30 deg.
+    found = re.search(
+        r"\(sv\) is off by ([0-9.]+) deg in the middle of (\d+)", " ".join(capsys.readouterr().out.split())
+    )
+    assert found and float(found[1]) < 2.0 and int(found[2]) > 120
+
+
+def test_a_star_tracker_whose_quaternions_turn_the_other_way(odd, capsys):
+    star = (
+        '[sensors.star]\nkind = "star_tracker"\n[channels.star]\ncolumns = ["q0", "q1", "q2", "q3"]\nunit = "1"\n'
+        "sigma = 0.001\n"
+    )
+
+    def quaternions(attitude):
+        return dict(zip(["q0", "q1", "q2", "q3"], attitude.as_quat(scalar_first=True).T, strict=True))
+
+    assert odd(mag() | quaternions(BODY), SATELLITE + star) == []
+    said = " ".join(capsys.readouterr().out.split())
+    # 100 nT across 20 to 50 uT.
+    off = re.search(r"the field \(mag\) is ([0-9.]+) deg from where the attitude \(star\) puts it", said)
+    assert off and float(off[1]) < 0.5
+    (only,) = odd(mag() | quaternions(BODY.inv()), SATELLITE + star)
+    assert re.search(r"and 0\.\d with its quaternions the other way round", only)
+
+
 def test_stamps(odd, capsys):
     t = 2.0 * np.arange(T.size) + np.arange(T.size) % 2
     said = "mag: stamps are multiples of 1 s and unevenly spaced: rounded? Then time.resolution_s = 1"
@@ -141,6 +170,18 @@ def test_a_gyro_in_another_unit_and_a_spin_too_fast_for_the_spacing(odd):
     found = odd(mag() | rates, SATELLITE + gyro)
     assert any(re.match("gyro: rates of 573 deg/s .*is the unit 'rad/s' right", each) for each in found)
     assert any(re.match("mag: the satellite turns by 1.*deg between readings", each) for each in found)
+
+
+def test_turns_by_directions_where_there_is_no_gyro(odd, capsys):
+    assert odd(mag()) == []
+    said = re.search(
+        r"mag: its direction turns by ([0-9.]+) deg between readings", " ".join(capsys.readouterr().out.split())
+    )
+    # 0.54 deg/s for 20 s, seen from the field's side; the field itself turns by 1 to 2 deg in that time.
+    assert said and 5.0 < float(said[1]) < 13.0
+    fast = Rotation.from_rotvec(T[:, None] * np.radians([3.0, 4.0, -2.0])).inv().apply(FIELD)
+    (only,) = odd(mag(fast))
+    assert re.match("mag: its direction turns by [0-9.]+ deg between readings, .*: too far to tell", only)
 
 
 def test_cells_against_the_shadow(odd):

@@ -10,7 +10,7 @@ from jaxsat.environment import AbstractOrbit
 from jaxsat.errors import InputError
 from jaxsat.satellites.satellite import Satellite
 from jaxsat.sensors import Gyroscope
-from jaxsat.telemetry.checks.angles import check_angles
+from jaxsat.telemetry.checks.angles import check_angles, check_turning
 from jaxsat.telemetry.checks.around import Around, tabulated
 from jaxsat.telemetry.checks.calibration import check_calibration
 from jaxsat.telemetry.checks.finding import Finding, finding
@@ -75,7 +75,7 @@ def check_session(satellite: Satellite, session: TableSession) -> SessionCheck:
         findings += check_sizes(satellite.model.sensors[name], channel, around)
         findings += check_calibration(satellite, channel, around)
         findings += check_turns(channel, rates)
-    findings += check_angles(satellite, session, around)
+    findings += check_turning(satellite, session) + check_angles(satellite, session, around)
     return SessionCheck(satellite, session, tuple(findings))
 
 
