@@ -111,6 +111,9 @@ def test_bias_and_scale_by_the_size_of_the_field(odd, tmp_path, capsys):
     # What the file allows is not odd.
     wide = "bias = {value = [0, 0, 0], sigma = 1.0}\nscale = {value = [1, 1, 1], sigma = 0.05}\n"
     assert odd(mag(read[:, [0, 2, 1]] * [1, -1, 1]), axes.replace("[channels", f"{wide}[channels")) == []
+    # A bias of several times the field looks like a wrong unit, and is told all the same.
+    found = odd(mag(MEASURED + [0.0, 0.0, 2e5]))
+    assert any(each.endswith("; bias.z is further off than the file allows") for each in found), found
 
 
 def sun(values=SUN_SEEN):

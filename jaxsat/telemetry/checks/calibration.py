@@ -11,7 +11,7 @@ from jaxsat.sensors.mounting import vectors_of
 from jaxsat.significant import unit_text, value_and_sigma
 from jaxsat.telemetry.checks.around import Around
 from jaxsat.telemetry.checks.finding import Finding, finding
-from jaxsat.telemetry.checks.sizes import whole_rows
+from jaxsat.telemetry.checks.sizes import as_the_file_has_it, whole_rows
 from jaxsat.telemetry.table.session import Channel
 
 _MOST, _FEWEST = 2000, 20
@@ -30,24 +30,18 @@ def check_calibration(satellite: Satellite, channel: Channel, around: Around) ->
     if not isinstance(sensor, Magnetometer) or sensor.unit_vector:
         return []
     t, values = whole_rows(channel)
-    # Which axis a column reads matters to none of it where nobody knows.
-    unknown = channel.name in satellite.conventions
-    read = values if unknown else vectors_of(values, sensor.axes)
-    if read is None or read.shape[1] != 3 or len(read) < _FEWEST:
+    read = vectors_of(values, sensor.axes)
+    if read is None or len(read) < _FEWEST:
         return []
     every = -(-len(read) // _MOST)
     read, modulus = read[::every], np.linalg.norm(around.field_at(t[::every]), axis=1)
     field = float(np.median(modulus))
-    if not 0.5 < np.median(np.linalg.norm(read, axis=1)) / field < 2.0:
-        return []
     found = _calibrated(read, modulus)
     if found is None:
-        text = "readings in too few directions: |B| alone does not tell the bias"
+        text = "|B| alone does not tell its bias: too few directions, another unit, or more than the field"
         return [finding(channel.name, text)]
-    bias, scale, shear = (np.asarray(part, float) for part in (sensor.bias, sensor.scale, sensor.shear))
-    (yz, xz, xy), used = shear, found.used
-    nominal = np.diag(scale) + np.array([[0.0, xy, xz], [xy, 0.0, yz], [xz, yz, 0.0]])
-    size = np.linalg.norm((read[used] - bias) @ np.linalg.inv(nominal), axis=1)
+    bias, scale, used = np.asarray(sensor.bias, float), np.asarray(sensor.scale, float), found.used
+    size = np.linalg.norm(as_the_file_has_it(sensor, read[used]), axis=1)
     before, after = (float(np.sqrt(np.mean(off**2))) for off in (size - modulus[used], found.residual[used]))
     leaves = {leaf.name: leaf for leaf in satellite.leaves}
     first = leaves[f"{channel.name}.bias.x"]
@@ -58,12 +52,11 @@ def check_calibration(satellite: Satellite, channel: Channel, around: Around) ->
     allowed = {name: _FIXED * (field if name.startswith("bias") else 1.0) for name in away}
     allowed |= {name: _SIGMAS * prior for name in away if (prior := leaves[f"{channel.name}.{name}"].sigma)}
     far = [name for name, size in away.items() if abs(size) > np.hypot(_SIGMAS * sigmas[name], allowed[name])]
-    what = "column" if unknown else "axis"
     numbers = {f"bias_{c}_T": float(b) for c, b in zip("xyz", found.bias, strict=True)}
     numbers |= {f"scale_{c}": float(s) for c, s in zip("xyz", found.scale, strict=True)}
     numbers |= {"misses_before_T": before, "misses_after_T": after}
     text = (
-        f"by |B| alone the bias of each {what} is {_row(found.bias, sigmas, 'bias', to_unit)} {unit}"
+        f"by |B| alone the bias of each axis is {_row(found.bias, sigmas, 'bias', to_unit)} {unit}"
         f"{', its scale ' + _row(found.scale, sigmas, 'scale', 1.0) if sigmas['scale.x'] else ''}: |B| then misses "
         f"that of IGRF by {to_unit * after:.3g} {unit}, with the numbers of the satellite file by "
         f"{to_unit * before:.3g}"
@@ -77,14 +70,16 @@ def check_calibration(satellite: Satellite, channel: Channel, around: Around) ->
 
 
 def _calibrated(read: Float[np.ndarray, "n 3"], modulus: Float[np.ndarray, " n"]) -> MagnetometerCalibration | None:
-    """All nine numbers where they are told, else the bias alone, else None."""
+    """All nine numbers where they are told, else the bias alone, else None: as where the unit is another."""
     for bias_only in (False, True):
         try:
             found = calibrate_magnetometer(read, modulus, bias_only=bias_only)
         except InputError:
             return None
         sigma = np.sqrt(np.diagonal(found.covariance))
-        if np.all(sigma[:3] < _BIAS_SEEN * np.median(modulus)) and np.all(sigma[3:] < _SCALE_SEEN):
+        told = np.all(sigma[:3] < _BIAS_SEEN * np.median(modulus)) and np.all(sigma[3:] < _SCALE_SEEN)
+        near = np.sqrt(np.mean(found.residual[found.used] ** 2)) < _BIAS_SEEN * np.median(modulus)
+        if told and near and np.all(np.abs(np.log2(np.abs(found.scale))) < 1.0):
             return found
     return None
 
