@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fitting.measurements.assembly import Samples
-from fitting.measurements.sensed import Motion, SensedProblem
+from fitting.measurements.problem import Motion, Problem
 from fitting.parameters.free import FreeParameters
 from fitting.starts.multi_start import Starts
 from fitting.starts.sights import Directions, sights_of
@@ -24,9 +24,7 @@ def body_directions(directions: Directions, motion: Motion) -> np.ndarray:
     return turns.inv().apply(directions.inertial)
 
 
-def with_turns(
-    starts: Starts, problem: SensedProblem, samples: Samples, parameters: FreeParameters, until: int
-) -> Starts:
+def with_turns(starts: Starts, problem: Problem, samples: Samples, parameters: FreeParameters, until: int) -> Starts:
     """The first start, and beside it one whose sensors are turned as the first `until` samples show."""
     assert problem.motion is not None
     spots = {leaf.spot: number for number, leaf in enumerate(parameters.leaves)}

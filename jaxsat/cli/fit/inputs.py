@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from cyclopts import CycloptsError
 
+from fitting.parameters.chosen import chosen_leaves, spelt_out
 from fitting.parameters.free import free_parameters
 from fitting.profile.profile import check_profile
-from fitting.sensed_run import chosen_leaves, spelt_out
-from fitting.sensed_settings import SensedSettings
+from fitting.settings import FitSettings
 from jaxsat.errors import InputError
 from jaxsat.given import Given
 from jaxsat.satellites import Satellite, read_satellite
@@ -29,7 +29,7 @@ class Inputs:
 
     satellite: Satellite
     session: TableSession
-    settings: SensedSettings
+    settings: FitSettings
     given: Given = Given()
 
 
@@ -38,16 +38,16 @@ class OfTables:
     """Reads tables by a satellite file."""
 
     satellite: Satellite
-    settings: SensedSettings
+    settings: FitSettings
 
     @staticmethod
     def by(path: Path, options: Mapping[str, object], profiles: Sequence[str] = ()) -> "OfTables":
-        """Reads the satellite file; `options` are of `SensedSettings`, `profiles` names of what shall have one.
+        """Reads the satellite file; `options` are of `FitSettings`, `profiles` names of what shall have one.
 
         Raises `InputError`, and CycloptsError for a `free` that the satellite does not have and a profile that the fit
         does not.
         """
-        satellite, settings = read_satellite(path), SensedSettings.model_validate(dict(options))
+        satellite, settings = read_satellite(path), FitSettings.model_validate(dict(options))
         _check_names(satellite, settings.free, profiles)
         return OfTables(satellite, settings)
 
@@ -63,7 +63,7 @@ class OfRawSun:
 
     satellite: Satellite
     config: "Config"
-    settings: SensedSettings
+    settings: FitSettings
     limb: Path | None
     """File of limb angles."""
 

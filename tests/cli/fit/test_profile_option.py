@@ -18,11 +18,11 @@ def own_directory(tmp_path, monkeypatch):
 def test_the_names_reach_the_fit(monkeypatch):
     asked = []
 
-    def fit_table(satellite, session, settings, *, profiles, **_):
+    def fit(satellite, session, *, profiles, **_):
         asked.append(profiles)
         raise InputError("enough")
 
-    monkeypatch.setattr("fitting.sensed_run.fit_table", fit_table)
+    monkeypatch.setattr("fitting.run.fit", fit)
     assert run([*MUNIN, "--profile", "imax", "--profile", "rate.x"]) == 1
     assert run(MUNIN) == 1
     assert [list(names) for names in asked] == [["imax", "rate.x"], []]
