@@ -9,7 +9,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from jaxsat.sweep.files import write_whole
+from jaxsat.files.whole_file import write_whole
 from jaxsat.sweep.plan import CHUNKS, SweepPlan, chunk_name
 from jaxsat.sweep.scenario import Scenario, run_cases
 

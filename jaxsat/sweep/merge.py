@@ -9,8 +9,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from jaxsat.errors import InputError
+from jaxsat.files.whole_file import write_whole
 from jaxsat.sweep.chunks import chunk_path, metric_fields, read_chunk
-from jaxsat.sweep.files import write_whole
 from jaxsat.sweep.plan import SweepPlan
 from jaxsat.sweep.scenario import Scenario
 

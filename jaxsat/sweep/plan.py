@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from jaxsat.errors import InputError
-from jaxsat.sweep.files import locked, remove_leftovers, write_whole
+from jaxsat.files.publishing import refuse_folders
+from jaxsat.files.whole_file import locked, remove_leftovers, write_whole
 
 SCHEMA = "jaxsat.sweep-plan/1"
 PLAN, CHUNKS = "sweep.json", "chunks"
@@ -91,6 +92,7 @@ def claim(directory: Path, plan: SweepPlan, *, resume: bool = False, shard: tupl
     """
     if directory.exists() and not directory.is_dir():
         raise InputError("is a file; expected a directory for the results", file=directory)
+    refuse_folders(directory, (PLAN, *MERGED))
     try:
         (directory / CHUNKS).mkdir(parents=True, exist_ok=True)
         with locked(directory / LOCK):

@@ -44,7 +44,7 @@ def view(
     found = read_run(run)
     page = found.page()
     target = out or run
-    with staged_directory(target) as stage:
+    with staged_directory(target, [REPORT]) as stage:
         (stage / REPORT).write_text(page, encoding="utf-8")
     if found.scene is None:
         print("jaxsat: no scene.json: the page is without its view of the motion", file=sys.stderr)
