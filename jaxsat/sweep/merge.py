@@ -58,6 +58,8 @@ def _groups(scenario: Scenario, plan: SweepPlan, directory: Path) -> Iterator[pa
     for number in range(plan.chunks):
         try:
             rest.append(read_chunk(scenario, plan, directory, number))
+        except InputError:
+            raise
         except ValueError as error:
             raise InputError(f"{error}; --resume runs it again", file=chunk_path(directory, number)) from None
         rows += rest[-1].num_rows
