@@ -2,9 +2,12 @@
 
 from pathlib import Path
 
+_LONGEST = 1000
+
 
 def _shown(text: str) -> str:
     """One line that any terminal can show: names of files and what they hold may have anything in them."""
+    text = text if len(text) <= _LONGEST else text[: _LONGEST - 3] + "..."
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
 
 

@@ -17,7 +17,7 @@ from fitting.report.fit.profiles import stored_profile
 from fitting.report.fit.stored import stored_result
 from fitting.report.schema.reading import FIT, LIMIT_BYTES, PROVENANCE, SCENE, read_stored
 from jaxsat.errors import InputError
-from jaxsat.files.text_file import read_small_file
+from jaxsat.files.text_file import REAL, read_small_file
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,8 @@ class Run:
     """The report's HTML."""
 
 
+LARGEST = 1e100
+"""Of the numbers of a table: their squares are numbers still."""
 _PNG = b"\x89PNG\r\n\x1a\n"
 
 
@@ -95,8 +97,7 @@ def _columns(path: Path, expected: Iterable[str]) -> dict[str, np.ndarray]:
             raise InputError(f"{len(row)} fields; expected {len(names)}", file=path, row=number)
         for column, (name, field) in enumerate(zip(names, row, strict=True)):
             if field and name != "utc":
-                try:
-                    table[number - 2, column] = float(field)
-                except ValueError:
-                    raise InputError(f"expected a number, got {field!r}", file=path, row=number, field=name) from None
+                table[number - 2, column] = float(field) if REAL.fullmatch(field) else np.inf
+                if abs(table[number - 2, column]) > LARGEST:
+                    raise InputError(f"expected a number, got {field[:24]!r}", file=path, row=number, field=name)
     return dict(zip(names, table.T, strict=True))

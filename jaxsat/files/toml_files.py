@@ -11,6 +11,7 @@ from typing import Any, TypeVar, get_args
 from pydantic import BaseModel, ValidationError
 
 from jaxsat.errors import InputError
+from jaxsat.files.json_files import LARGEST_WHOLE
 from jaxsat.files.text_file import hidden_character, read_small_file
 
 _LIMIT_BYTES = 2**20
@@ -59,8 +60,10 @@ def _check(value: Any, key: str, path: Path) -> None:
     elif isinstance(value, list):
         for inner in value:
             _check(inner, key, path)
-    elif isinstance(value, int | float) and LARGEST < abs(value) < math.inf:
-        raise InputError(f"expected a number of at most {LARGEST:g}, found {str(value)[:24]}", file=path, field=key)
+    elif isinstance(value, int) and abs(value) > LARGEST_WHOLE:
+        raise InputError(f"expected a whole number of 64 bits, found {str(value)[:24]}", file=path, field=key)
+    elif isinstance(value, float) and LARGEST < abs(value) < math.inf:
+        raise InputError(f"expected a number of at most {LARGEST:g}, found {value:g}", file=path, field=key)
     elif isinstance(value, str) and (hidden := hidden_character(value.replace("\n", "").replace("\t", ""))):
         raise InputError(f"{hidden} has no place in it", file=path, field=key)
 
