@@ -53,7 +53,7 @@ def batch(kind: str, begin: int, end: int, seed: int, folder: Path) -> tuple[str
             data = mutated(rng.choice(contents), rng)
             path = Path(place) / f"input{ending}"
             path.write_bytes(data)
-            outcome, where = _tried(read, path)
+            outcome, where = tried(read, path)
             counts[outcome] += 1
             if outcome in BAD:
                 failures.setdefault(f"{outcome}: {where}", data)
@@ -64,7 +64,8 @@ def _late(*_: Any) -> None:
     raise Late
 
 
-def _tried(read: Any, path: Path) -> tuple[str, str]:
+def tried(read: Any, path: Path) -> tuple[str, str]:
+    """One of `OUTCOMES`, and where it came from."""
     signal.setitimer(signal.ITIMER_REAL, LIMIT_S)
     try:
         wrong = read(path)

@@ -78,14 +78,8 @@ PLAN = {
 RUN_FILES = ("fit.json", "provenance.json", "scene.json", "attitude.csv", "channel-cells.csv")
 
 
-def sources(folder: Path) -> dict[str, list[bytes]]:
-    """Contents by kind; a fit of the bundled session and its export are made in `folder`, if not there already."""
-    run, out = folder / "run", folder / "export"
-    if not (run / "fit.json").exists():
-        command("fit", "--free", "state", "--starts", "4", "--no-plots", "--out", str(run))
-    formats = [x for name in ("aem", "aem1", "oem") for x in ("--format", name)]
-    if not out.exists():
-        command("export", str(run), *formats, "--out", str(out))
+def written() -> dict[str, list[bytes]]:
+    """Contents by kind of what is written by hand."""
     kvn = "CCSDS_OMM_VERS = 2.0\n" + "".join(f"{key} = {value}\n" for key, value in FIELDS.items())
     groups = list(FIELDS.items())
     tags = ["".join(f"<{k}>{v}</{k}>\n" for k, v in part) for part in (groups[:6], groups[6:])]
@@ -108,10 +102,19 @@ def sources(folder: Path) -> dict[str, list[bytes]]:
         "plan": [json.dumps(PLAN, indent=2)],
     }
     found = {kind: [text.encode() for text in texts] for kind, texts in made.items()}
-    found["raw_sun"] = [b"\n".join(BUNDLED.read_bytes().split(b"\n")[:15]) + b"\n"]
+    return {**found, "raw_sun": [b"\n".join(BUNDLED.read_bytes().split(b"\n")[:15]) + b"\n"]}
+
+
+def sources(folder: Path) -> dict[str, list[bytes]]:
+    """All contents by kind; a fit of the bundled session and its export are made in `folder`, if not there already."""
+    found, run, out = written(), folder / "run", folder / "export"
+    if not (run / "fit.json").exists():
+        command("fit", "--free", "state", "--starts", "4", "--no-plots", "--out", str(run))
+    if not out.exists():
+        formats = [x for name in ("aem", "aem1", "oem") for x in ("--format", name)]
+        command("export", str(run), *formats, "--out", str(out))
     found["oem"] = [_short(out / "orbit.oem"), _segments(_short(out / "orbit.oem"))]
     found["aem"] = [_short(out / "attitude.aem"), _short(out / "attitude-v1.aem")]
-    found["export"] = [(run / "fit.json").read_bytes()]
     for name in RUN_FILES:
         found[f"view {name}"] = [(run / name).read_bytes()]
     return found

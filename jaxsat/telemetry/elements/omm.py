@@ -30,8 +30,8 @@ _NUMBERS: dict[str, tuple[float, float, str, float | None]] = {
     "BSTAR": (-1e3, 1e3, "1/ER", None),
     "MEAN_MOTION_DOT": (-1e3, 1e3, "rev/day**2", 0.0),
     "MEAN_MOTION_DDOT": (-1e3, 1e3, "rev/day**3", 0.0),
-    "NORAD_CAT_ID": (0, 999999999, "", 0),
-    "EPHEMERIS_TYPE": (0, 9, "", 0),
+    "NORAD_CAT_ID": (0, 999999999, "", 0.0),
+    "EPHEMERIS_TYPE": (0, 9, "", 0.0),
 }
 VERSIONS = ("2.0", "3.0")
 # What SGP4 elements are; a message may leave these out, but not say otherwise.
