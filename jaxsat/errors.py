@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-_LONGEST = 1000
+_LONGEST, _LONGEST_NAME = 1000, 200
 
 
 def _shown(text: str) -> str:
@@ -24,6 +24,7 @@ class InputError(ValueError):
         place = "" if file is None else str(file)
         if row is not None:
             place += f":{row}"
-        parts = [part for part in (place, field, " ".join(reason.split())) if part]
+        name = field if field is None or len(field) <= _LONGEST_NAME else field[: _LONGEST_NAME - 3] + "..."
+        parts = [part for part in (place, name, " ".join(reason.split())) if part]
         super().__init__(_shown(": ".join(parts)))
         self.reason, self.file, self.row, self.field = reason, file, row, field

@@ -15,7 +15,10 @@ from fitting.report.fit.owned import owned_files
 from fitting.report.fit.page import fit_page
 from fitting.report.fit.profiles import stored_profile
 from fitting.report.fit.stored import stored_result
+from fitting.report.schema.fit_file import Fit
+from fitting.report.schema.provenance_file import Provenance
 from fitting.report.schema.reading import FIT, LIMIT_BYTES, PROVENANCE, SCENE, read_stored
+from fitting.report.schema.scene_file import Scene
 from jaxsat.errors import InputError
 from jaxsat.files.text_file import REAL, read_small_file
 
@@ -48,9 +51,9 @@ def read_run(directory: Path) -> Run:
             "holds several runs; name one of its directories" if several else "no fit.json; expected results of a fit"
         )
         raise InputError(hint, file=directory)
-    fit = read_stored(directory / "fit.json", FIT)
-    provenance = read_stored(directory / "provenance.json", PROVENANCE)
-    scene = read_stored(directory / "scene.json", SCENE) if (directory / "scene.json").exists() else None
+    fit = read_stored(directory / "fit.json", FIT, Fit)
+    provenance = read_stored(directory / "provenance.json", PROVENANCE, Provenance)
+    scene = read_stored(directory / "scene.json", SCENE, Scene) if (directory / "scene.json").exists() else None
     try:
         return _run(directory, fit, provenance, scene)
     except InputError:

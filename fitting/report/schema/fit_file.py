@@ -1,6 +1,6 @@
 """The file fit.json; keys that are not read back are not looked at."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -168,6 +168,16 @@ class Orbit(Stored):
     elements: dict[str, Value] | None = None
     position_eci_m: list[Triple]
     velocity_eci_m_s: list[Triple]
+
+
+class Exported(Stored):
+    """What other programs are given of fit.json."""
+
+    epoch_utc: Instant
+    status: Literal["converged", "not_converged", "ambiguous"]
+    channels: dict[str, Any]
+    attitude: Attitude
+    orbit: Orbit | None = None
 
 
 class Fit(Stored):

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from fitting.report.schema.fit_file import Exported
 from fitting.report.schema.reading import FIT, read_stored
 from jaxsat.errors import InputError
 from jaxsat.telemetry.ccsds.aem import AttitudeEphemeris, aem_text
@@ -49,7 +50,7 @@ class ExportedRun:
     @staticmethod
     def read(path: Path, *, object_name: str | None = None, object_id: str | None = None) -> "ExportedRun":
         """Reads fit.json; raises `InputError` where it is none, or its numbers are not those of an attitude."""
-        document = read_stored(path, FIT)
+        document = read_stored(path, FIT, Exported)
         try:
             epoch = Epoch.from_iso(document["epoch_utc"])
             attitude, orbit = document["attitude"], document.get("orbit") or {}
