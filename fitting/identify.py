@@ -34,6 +34,12 @@ COARSE_TOLERANCE, FINE_TOLERANCE = 4e-2, 2e-4
 """Integration error over the session allowed while arcs grow and at the end [rad]."""
 
 
+HARDER = 3
+"""Times as many starts, of as many more steps, where nothing explains the data at first."""
+MOST_GIVEN = 8
+"""Conventions of axes that are refined along a motion that is given."""
+
+
 @dataclass(frozen=True)
 class Minimum:
     """The best motion of one convention of axes."""
@@ -109,9 +115,15 @@ def identify(
             compilation.result()
     compiled = time.perf_counter()
 
-    def started(convention: Convention, count: int) -> Run:
+    silent = silent_panels(seeing, model, parameters)
+    use = usable(coarse, part)
+    use[fitted - begin :] = 0.0
+    seen = directed_samples(sights)
+
+    def started(convention: Convention, effort: int) -> Run:
         problem = with_axes(coarse, convention)
-        rng = np.random.default_rng(settings.seed)
+        count = settings.starts * effort if samples.given is None else 1
+        rng = np.random.default_rng([settings.seed, effort - 1])
         guesses = first_guesses(sights_of(problem, seeing), 0, count, fastest, rng)
         starts = guesses.starts(np.zeros(len(parameters.everything)))
         if silent.panels:
@@ -119,31 +131,33 @@ def identify(
             starts = starts.followed_by(guesses.starts(silent.unknowns(parameters)))
         return Run(convention, problem, starts)
 
-    silent = silent_panels(seeing, model, parameters)
-    use = usable(coarse, part)
-    use[fitted - begin :] = 0.0
-    if samples.given is None:
-        runs = [started(each, settings.starts) for each in found]
-        seen = directed_samples(sights)
-        grow(runs, seen[seen >= begin] - begin, fitted - begin - 1, parameters, use, progress)
-    else:
-        runs = [started(each, 1) for each in found[:8]]
+    def searched(effort: int) -> list[Minimum]:
+        runs = [started(each, effort) for each in (found if samples.given is None else found[:MOST_GIVEN])]
+        if samples.given is None:
+            grow(runs, seen[seen >= begin] - begin, fitted - begin - 1, parameters, use, progress, effort=effort)
+        else:
+            for run in runs:
+                run.starts = with_turns(run.starts, run.problem, seeing, parameters)
+        fine_step = _fine_step(runs, settings.step_s, whole_span)
+        longest = max(min(step, fine_step), finest)
+        fine = build_sensed(samples, model, around, max_step=longest, room_for=finest, sky=first.sky, **build)
+        weight = usable(fine, samples)
+        weight[fitted:] = 0.0
+        minima = []
         for run in runs:
-            run.starts = with_turns(run.starts, run.problem, seeing, parameters)
-    fine_step = _fine_step(runs, settings.step_s, whole_span)
-    longest = max(min(step, fine_step), finest)
-    fine = build_sensed(samples, model, around, max_step=longest, room_for=finest, sky=first.sky, **build)
-    weight = usable(fine, samples)
-    weight[fitted:] = 0.0
-    minima = []
-    for run in runs:
-        problem = with_axes(fine, run.convention)
-        starts = run.starts
-        if begin > 0:
-            starts = carried_back(starts, parameters, samples, begin, problem.model, around, fine_step)
-        if len(starts.cost):
-            refined = _refined(problem, parameters, starts, weight, around, settings, progress)
-            minima.append(Minimum(run.convention, problem, refined))
+            problem = with_axes(fine, run.convention)
+            starts = run.starts
+            if begin > 0:
+                starts = carried_back(starts, parameters, samples, begin, problem.model, around, fine_step)
+            if len(starts.cost):
+                refined = _refined(problem, parameters, starts, weight, around, settings, progress)
+                minima.append(Minimum(run.convention, problem, refined))
+        return minima
+
+    minima = searched(1)
+    if samples.given is None and all(minimum.refined.hopeless[0] for minimum in minima):
+        # The model may be wrong; or the way to the motion is narrow, and fewer starts have missed it.
+        minima += searched(HARDER)
     if not minima:
         raise InputError("no start survives: the nominal satellite or the noise is out of all range")
     minima.sort(key=lambda minimum: minimum.refined.score[0])

@@ -39,13 +39,16 @@ def grow(
     parameters: FreeParameters,
     use: np.ndarray,
     progress: Progress = lambda *_: None,
+    *,
+    effort: int = 1,
 ) -> None:
     """Moves the starts on ever longer arcs, in place; those and conventions that are far worse than the best are gone.
 
     `seen` are the numbers of the samples that see something, `last` that of the last sample; `use` [samples channels]
-    is the weight of the measurements. Raises `InputError` where no start has a finite cost.
+    is the weight of the measurements; of `effort` times as many starts as usual as many more are kept, and take as many
+    more steps. Raises `InputError` where no start has a finite cost.
     """
-    stages, tail = arcs(seen, last, parameters), NONE
+    stages, tail = arcs(seen, last, parameters, effort), NONE
     for number, stage in enumerate(stages):
         progress("growing arcs", number, len(stages))
         kept = [_best(run.starts, stage.keep if len(runs) < 4 else stage.keep // 2) for run in runs]
@@ -87,7 +90,7 @@ def _least_cost(run: Run) -> float:
     return float(run.starts.cost[0]) if len(run.starts.cost) else np.inf
 
 
-def arcs(seen: np.ndarray, last: int, parameters: FreeParameters) -> list[Stage]:
+def arcs(seen: np.ndarray, last: int, parameters: FreeParameters, effort: int = 1) -> list[Stage]:
     """Arcs by their number of samples that see something; what is free grows with them, under the priors."""
     names = [leaf.name for leaf in parameters.leaves]
     inertia = {leaf.name for leaf in parameters.leaves if leaf.place == INERTIA_PLACE}
@@ -95,7 +98,7 @@ def arcs(seen: np.ndarray, last: int, parameters: FreeParameters) -> list[Stage]
     without_inertia = parameters.active([name for name in names if name not in inertia])
 
     def stage(sample: int, keep: int, iterations: int, active: np.ndarray) -> Stage:
-        return Stage(sample, keep, iterations, ROBUST_SCALE, active)
+        return Stage(sample, keep * effort, iterations * effort, ROBUST_SCALE, active)
 
     first, *longer = arc_ends(seen, last)
     stages = [stage(first, 10**9, 5, state), stage(first, KEEP[0], ARC_ITERATIONS, without_inertia)]
