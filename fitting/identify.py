@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.measurements.abstract import RATE_UNIT
-from fitting.measurements.assembly import Samples, build_sensed, usable
+from fitting.measurements.assembly import Samples, build_problem, usable
 from fitting.measurements.enough import check_sunlit
-from fitting.measurements.sensed import SensedProblem
+from fitting.measurements.problem import Problem
 from fitting.measurements.sky import Around
 from fitting.outcome.looking import prepare_look
 from fitting.parameters.free import FreeParameters
-from fitting.sensed_settings import SensedSettings
+from fitting.settings import FitSettings
 from fitting.solvers.adaptive import panels_of, refine_adaptively
 from fitting.solvers.refine import Refined, candidates, refine
 from fitting.starts.carry import carried_back
@@ -45,7 +45,7 @@ class Minimum:
     """The best motion of one convention of axes."""
 
     convention: Convention
-    problem: SensedProblem
+    problem: Problem
     refined: Refined
 
 
@@ -68,7 +68,7 @@ def identify(
     model: Model,
     around: Around,
     parameters: FreeParameters,
-    settings: SensedSettings,
+    settings: FitSettings,
     *,
     unknown_axes: dict[str, str],
     fit_until: float,
@@ -90,7 +90,7 @@ def identify(
     whole_span = max(float(np.ptp(samples.t)), 1.0)
     build = {"whole": samples, "delayed": delayed}
     # The sky first, on the coarsest grid: sights need no motion.
-    first = build_sensed(samples, model, around, max_step=settings.step_s, room_for=settings.step_s, **build)
+    first = build_problem(samples, model, around, max_step=settings.step_s, room_for=settings.step_s, **build)
     check_sunlit(first, {name: channel.witness for name, channel in samples.channels.items()}, FIRST_ARC)
     seeing = samples.part(slice(fitted))
     found = conventions(first, seeing, unknown_axes)
@@ -104,7 +104,7 @@ def identify(
     mask = np.isin(np.arange(len(samples.t)), telling)
     begin = longest_stretch(samples.t, mask) if samples.given is None else 0
     part, seeing = samples.part(slice(begin, None)), seeing.part(slice(begin, None))
-    coarse = build_sensed(part, model, around, max_step=step, room_for=finest, sky=first.sky, **build)
+    coarse = build_problem(part, model, around, max_step=step, room_for=finest, sky=first.sky, **build)
     tabulated = time.perf_counter()
     progress("compiling", 0, 1)
     compilations = compile_solvers(coarse, parameters, settings.solver)
@@ -140,7 +140,7 @@ def identify(
                 run.starts = with_turns(run.starts, run.problem, seeing, parameters)
         fine_step = _fine_step(runs, settings.step_s, whole_span)
         longest = max(min(step, fine_step), finest)
-        fine = build_sensed(samples, model, around, max_step=longest, room_for=finest, sky=first.sky, **build)
+        fine = build_problem(samples, model, around, max_step=longest, room_for=finest, sky=first.sky, **build)
         weight = usable(fine, samples)
         weight[fitted:] = 0.0
         minima = []

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fitting.measurements.sensed import SensedProblem
+from fitting.measurements.problem import Problem
 from fitting.parameters.free import FreeParameters
 from fitting.starts.conventions import MOST, Convention
 from fitting.starts.multi_start import HOPELESS, NONE, Progress, Stage, Starts, advance, distinct
@@ -27,7 +27,7 @@ class Run:
     """The search under one convention of axes."""
 
     convention: Convention
-    problem: SensedProblem
+    problem: Problem
     starts: Starts
     """Best first, once they have been moved."""
 

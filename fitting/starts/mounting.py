@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fitting.measurements.assembly import Samples
-from fitting.measurements.sensed import Motion, SensedProblem
+from fitting.measurements.problem import Motion, Problem
 from fitting.parameters.free import FreeParameters
 from fitting.starts.multi_start import Starts
 from fitting.starts.sights import Directions, sights_of
@@ -26,7 +26,7 @@ def body_directions(directions: Directions, motion: Motion) -> np.ndarray:
     return turns.inv().apply(directions.inertial)
 
 
-def with_turns(starts: Starts, problem: SensedProblem, samples: Samples, parameters: FreeParameters) -> Starts:
+def with_turns(starts: Starts, problem: Problem, samples: Samples, parameters: FreeParameters) -> Starts:
     """The first start, and beside it one whose sensors are turned as the samples show."""
     assert problem.motion is not None
     spots = {leaf.spot: number for number, leaf in enumerate(parameters.leaves)}

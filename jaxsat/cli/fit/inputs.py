@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from cyclopts import CycloptsError
 
+from fitting.parameters.chosen import chosen_leaves
 from fitting.parameters.free import free_parameters
-from fitting.sensed_run import chosen_leaves
-from fitting.sensed_settings import SensedSettings
+from fitting.settings import FitSettings
 from jaxsat.errors import InputError
 from jaxsat.given import Given
 from jaxsat.satellites import Satellite, read_satellite
@@ -28,7 +28,7 @@ class Inputs:
 
     satellite: Satellite
     session: TableSession
-    settings: SensedSettings
+    settings: FitSettings
     given: Given = Given()
 
 
@@ -37,15 +37,15 @@ class OfTables:
     """Reads tables by a satellite file."""
 
     satellite: Satellite
-    settings: SensedSettings
+    settings: FitSettings
 
     @staticmethod
     def by(path: Path, options: Mapping[str, object]) -> "OfTables":
-        """Reads the satellite file; `options` are of `SensedSettings`.
+        """Reads the satellite file; `options` are of `FitSettings`.
 
         Raises `InputError`, and CycloptsError for a `free` that the satellite does not have.
         """
-        satellite, settings = read_satellite(path), SensedSettings.model_validate(dict(options))
+        satellite, settings = read_satellite(path), FitSettings.model_validate(dict(options))
         _check_free(satellite, settings.free)
         return OfTables(satellite, settings)
 
@@ -61,7 +61,7 @@ class OfRawSun:
 
     satellite: Satellite
     config: "Config"
-    settings: SensedSettings
+    settings: FitSettings
     limb: Path | None
     """File of limb angles."""
 

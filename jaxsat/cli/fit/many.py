@@ -33,7 +33,7 @@ def fit_many(
     Worst is bad input (1), then not converged (3). Each directory is whole or absent, whenever the run is stopped.
     Raises `InputError` where not even the summary can be written.
     """
-    from jaxsat.cli.fit.sensed_text import files_summary
+    from jaxsat.cli.fit.text import files_summary
     from jaxsat.cli.shared.terminal import show
 
     outcomes = []

@@ -56,10 +56,10 @@ def fit_one(
 
     `profiles` names the parameters that get a profile. Raises `InputError`.
     """
-    from fitting.report.sensed.owned import owned_files
-    from fitting.sensed_run import fit_table
+    from fitting.report.fit.owned import owned_files
+    from fitting.run import fit
     from jaxsat.cli.fit.progress import StageProgress
-    from jaxsat.cli.fit.sensed_text import sensed_summary
+    from jaxsat.cli.fit.text import fit_text
     from jaxsat.cli.shared.terminal import show
     from jaxsat.files.staging import staged_directory
 
@@ -70,10 +70,10 @@ def fit_one(
     # Staged before the work starts: a directory that cannot be written is known at once.
     with staged_directory(directory, owned_files(directory, session.channels)) as stage:
         # Importing matplotlib costs half a second; the solver leaves one core to Python.
-        threading.Thread(target=importlib.import_module, args=("fitting.report.sensed.files",), daemon=True).start()
+        threading.Thread(target=importlib.import_module, args=("fitting.report.fit.files",), daemon=True).start()
         with StageProgress(session.name) as progress:
             how = {"given": inputs.given, "profiles": profiles, "progress": progress}
-            found = fit_table(inputs.satellite, session, inputs.settings, **how, sky_ahead=True)
+            found = fit(inputs.satellite, session, settings=inputs.settings, **how, sky_ahead=True)
             progress("writing results", 0, 0)
             found = found.after(before, total=time.perf_counter() - clock.began)
             # No search for garbage among JAX's many objects while pictures are drawn.
@@ -82,7 +82,7 @@ def fit_one(
             gc.unfreeze()
     result = found.result
     if not quiet:
-        show(sensed_summary(result, session.name, session.rejections), f"\nresults in {directory}")
+        show(fit_text(result, session.name, session.rejections), f"\nresults in {directory}")
     for warning in warnings:
         print(f"jaxsat: warning: {warning}", file=sys.stderr)
     numbers = {"chi2": result.chi2, "dof": result.dof, "residual_rms_mA": result.residual_rms_mA}

@@ -18,11 +18,11 @@ def own_directory(tmp_path, monkeypatch):
 def test_the_names_reach_the_fit(monkeypatch):
     asked = []
 
-    def fit_table(satellite, session, settings, *, profiles, **_):
+    def fit(satellite, session, *, profiles, **_):
         asked.append(profiles)
         raise InputError("enough")
 
-    monkeypatch.setattr("fitting.sensed_run.fit_table", fit_table)
+    monkeypatch.setattr("fitting.run.fit", fit)
     assert run([*MUNIN, "--profile", "imax", "--profile", "rate.x"]) == 1
     assert run(MUNIN) == 1
     assert [list(names) for names in asked] == [["imax", "rate.x"], []]
@@ -46,7 +46,7 @@ def test_what_has_no_profile_is_bad_input_before_the_work(options, reason, tmp_p
     def identify(*_, **__):
         raise AssertionError("the work has begun")
 
-    monkeypatch.setattr("fitting.sensed_run.identify", identify)
+    monkeypatch.setattr("fitting.run.identify", identify)
     assert run([*MUNIN, *options]) == 1
     error = capsys.readouterr().err.splitlines()[-1]
     assert error.startswith("jaxsat: error: ") and reason in error

@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from fitting.parameters.chosen import chosen_leaves
 from fitting.parameters.free import FreeParameters, free_parameters
-from fitting.sensed_run import chosen_leaves
 from jaxsat.satellites import Satellite, read_satellite
 
 NORMALS = "[[1, 0, 0], [-0.5, 0.8660254037844386, 0], [-0.5, -0.8660254037844386, 0]]"

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from fitting.measurements.sensed import SensedProblem
+from fitting.measurements.problem import Problem
 from fitting.parameters.free import free_parameters
 from fitting.starts import growing
 from fitting.starts.conventions import Convention
@@ -28,7 +28,7 @@ def test_once_an_arc_holds_what_no_motion_makes_outliers_pull_no_more(monkeypatc
     parameters = free_parameters(satellite.model, satellite.leaves, ["magnet.x"])
     x = np.zeros((3, len(parameters.everything)))
     x[:, 3] = [0.0, 0.1, 0.2]
-    problem = object.__new__(SensedProblem)
+    problem = object.__new__(Problem)
     run = Run(Convention({}, 0.0), problem, Starts(x, np.tile([1.0, 0.0, 0.0, 0.0], (3, 1)), np.zeros(3)))
     grow([run], np.arange(40), 39, parameters, np.ones((40, 1)))
     ends = [6, 6, 10, 16, 26, 39]

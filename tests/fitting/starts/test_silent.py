@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fitting.measurements.assembly import Samples
+from fitting.parameters.chosen import chosen_leaves
 from fitting.parameters.free import free_parameters
-from fitting.sensed_run import chosen_leaves
 from fitting.starts.silent import silent_panels
 from jaxsat.bundled import BUNDLED
 from jaxsat.panel_names import PANEL_NAMES
