@@ -35,7 +35,7 @@ COARSE_TOLERANCE, FINE_TOLERANCE = 4e-2, 2e-4
 
 
 HARDER = 3
-"""Times as many starts, of as many more steps, where nothing explains the data at first."""
+"""Times as many starts, of as many more steps, where the first arc is explained and the data are not."""
 MOST_GIVEN = 8
 """Conventions of axes that are refined along a motion that is given."""
 
@@ -131,10 +131,13 @@ def identify(
             starts = starts.followed_by(guesses.starts(silent.unknowns(parameters)))
         return Run(convention, problem, starts)
 
-    def searched(effort: int) -> list[Minimum]:
+    def searched(effort: int) -> tuple[list[Minimum], bool]:
+        begun = False
         runs = [started(each, effort) for each in (found if samples.given is None else found[:MOST_GIVEN])]
         if samples.given is None:
-            grow(runs, seen[seen >= begin] - begin, fitted - begin - 1, parameters, use, progress, effort=effort)
+            begun = grow(
+                runs, seen[seen >= begin] - begin, fitted - begin - 1, parameters, use, progress, effort=effort
+            )
         else:
             for run in runs:
                 run.starts = with_turns(run.starts, run.problem, seeing, parameters)
@@ -152,12 +155,12 @@ def identify(
             if len(starts.cost):
                 refined = _refined(problem, parameters, starts, weight, around, settings, progress)
                 minima.append(Minimum(run.convention, problem, refined))
-        return minima
+        return minima, begun
 
-    minima = searched(1)
-    if samples.given is None and all(minimum.refined.hopeless[0] for minimum in minima):
-        # The model may be wrong; or the way to the motion is narrow, and fewer starts have missed it.
-        minima += searched(HARDER)
+    minima, begun = searched(1)
+    if begun and all(minimum.refined.hopeless[0] for minimum in minima):
+        # The model may be wrong; or the way from the first arc to the last is narrow, and too few starts were on it.
+        minima += searched(HARDER)[0]
     if not minima:
         raise InputError("no start survives: the nominal satellite or the noise is out of all range")
     minima.sort(key=lambda minimum: minimum.refined.score[0])

@@ -41,20 +41,23 @@ def grow(
     progress: Progress = lambda *_: None,
     *,
     effort: int = 1,
-) -> None:
+) -> bool:
     """Moves the starts on ever longer arcs, in place; those and conventions that are far worse than the best are gone.
 
     `seen` are the numbers of the samples that see something, `last` that of the last sample; `use` [samples channels]
     is the weight of the measurements; of `effort` times as many starts as usual as many more are kept, and take as many
-    more steps. Raises `InputError` where no start has a finite cost.
+    more steps. Returns whether a motion explains the first arc. Raises `InputError` where no start has a finite cost.
     """
-    stages, tail = arcs(seen, last, parameters, effort), NONE
+    stages, tail, begun = arcs(seen, last, parameters, effort), NONE, True
     for number, stage in enumerate(stages):
         progress("growing arcs", number, len(stages))
         kept = [_best(run.starts, stage.keep if len(runs) < 4 else stage.keep // 2) for run in runs]
         _move(runs, kept, replace(stage, tail=tail), parameters, use)
         inside = int(np.searchsorted(seen, stage.last_sample, side="right"))
-        if number > 1 and tail == NONE and min(_least_cost(run) for run in runs) > STRANGE * inside:
+        strange = number > 0 and min(_least_cost(run) for run in runs) > STRANGE * inside
+        if number == 1:
+            begun = not strange
+        elif strange and tail == NONE:
             # What was fitted so far and what is new exclude each other: something in the arc is of no motion.
             tail = TAIL
             both = [_best(run.starts, len(old.cost)).followed_by(old) for run, old in zip(runs, kept, strict=True)]
@@ -73,6 +76,7 @@ def grow(
     # Nothing that the fine grid or a sample left out changes halves the cost of a wrong convention alone.
     runs[:] = [run for run in runs if run.starts.cost[0] <= 2.0 * runs[0].starts.cost[0] + 50.0]
     progress("growing arcs", len(stages), len(stages))
+    return begun
 
 
 def _best(starts: Starts, most: int) -> Starts:
