@@ -1,6 +1,6 @@
 """The last steps of a fit: whole arc, fine grid, samples that no attitude explains left out, minima compared."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax
 import numpy as np
@@ -19,8 +19,11 @@ TAIL = 6.0
 """Degrees of freedom of Student's distribution, as many as a sample has currents."""
 CONVERGED_DECREMENT = 1e-2
 """An undamped step would improve the cost by less than this: a tenth of a sigma in every direction."""
-MORE_ROUNDS = 6
-"""Rounds more, with fresh damping, while a minimum is not reached so far."""
+MORE_ROUNDS, MORE_STEPS = 6, 60
+"""Rounds more, of so many steps, with fresh damping, while a minimum is not reached so far.
+
+A narrow bent valley, as of a nearly chaotic motion, takes many steps once the damping is small enough for it.
+"""
 MAX_MINIMA = 8
 """Minima compared on the whole arc."""
 
@@ -97,7 +100,9 @@ def refine(
 
     def settle(points: Point, number: int, stage: Stage, weight: np.ndarray) -> Point:
         # The other solvers, which are there to compare, take ten times as long.
-        for _ in range(MORE_ROUNDS if solver == Stage.solver else 1):
+        rounds, steps = (MORE_ROUNDS, MORE_STEPS) if solver == Stage.solver else (1, stage.iterations)
+        stage = replace(stage, iterations=steps)
+        for _ in range(rounds):
             left = _unsettled(points, parameters)
             if len(left) == 0:
                 break
