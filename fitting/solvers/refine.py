@@ -20,10 +20,8 @@ TAIL = 6.0
 CONVERGED_DECREMENT = 1e-2
 """An undamped step would improve the cost by less than this: a tenth of a sigma in every direction."""
 MORE_ROUNDS, MORE_STEPS = 6, 60
-"""Rounds more, of so many steps, with fresh damping, while a minimum is not reached so far.
-
-A narrow bent valley, as of a nearly chaotic motion, takes many steps once the damping is small enough for it.
-"""
+"""Rounds more, with fresh damping, while a minimum is not reached so far; the last ones, if it explains the data, of so
+many steps, which a narrow bent valley takes, as of a nearly chaotic motion."""
 MAX_MINIMA = 8
 """Minima compared on the whole arc."""
 
@@ -100,9 +98,7 @@ def refine(
 
     def settle(points: Point, number: int, stage: Stage, weight: np.ndarray) -> Point:
         # The other solvers, which are there to compare, take ten times as long.
-        rounds, steps = (MORE_ROUNDS, MORE_STEPS) if solver == Stage.solver else (1, stage.iterations)
-        stage = replace(stage, iterations=steps)
-        for _ in range(rounds):
+        for _ in range(MORE_ROUNDS if solver == Stage.solver else 1):
             left = _unsettled(points, parameters)
             if len(left) == 0:
                 break
@@ -130,6 +126,8 @@ def refine(
         stage = Stage(last, count, 15, PLAIN, everything, share.tail, share.ceiling, solver=solver)
         kept = np.where(over_columns(limited, groups), 0.0, weight)
         points = run(number, stage, np.asarray(points.x), np.asarray(points.reference), kept)
+    if solver == Stage.solver and not hopeless.all():
+        stage = replace(stage, iterations=MORE_STEPS)
     points = settle(points, rounds - 1, stage, kept)
     of_samples = _sample_squares(points, weight, groups)
     # What more rounds have brought to explain the samples is not hopeless any more, and leaves out what is left.
