@@ -35,8 +35,10 @@ class Stored:
     are static. Every leaf of the result is an array.
     """
 
-    def __init__(self, function: Callable[..., Any]):
+    def __init__(self, function: Callable[..., Any], *, seldom: bool = False):
+        """`seldom` says that it runs a few times only, so that a fast program is not worth the compiler's time."""
         self._function = function
+        self._seldom = seldom
         self._plain = eqx.filter_jit(function)
         self._programs: dict[str, tuple[Future, Any]] = {}
         self._lock = threading.Lock()
@@ -74,7 +76,7 @@ class Stored:
             path = directory / f"{name}.stablehlo"
             exported, empty = _load(path) or _trace(flat, leaves, path)
             # Tracing and lowering hold Python's lock and gain nothing from a second thread; XLA releases it.
-            compiled = _compiler.submit(jax.jit(exported.call).lower(*leaves).compile)
+            compiled = _compiler.submit(_compile, jax.jit(exported.call).lower(*leaves), self._seldom)
             self._programs[name] = compiled, jax.tree.structure(empty)
 
 
@@ -112,6 +114,17 @@ def _trace(function: Callable, leaves: list, path: Path) -> tuple[jax.export.Exp
     except OSError:  # A full disk: the program is traced again next time.
         unfinished.unlink(missing_ok=True)
     return exported, empty
+
+
+def _compile(lowered: Any, seldom: bool) -> Any:
+    if jax.default_backend() == "cpu":
+        # XLA's older code generator for CPUs takes two thirds of the time, and makes programs as fast.
+        options = {"xla_cpu_use_fusion_emitters": False, **({"xla_backend_optimization_level": 0} if seldom else {})}
+        try:
+            return lowered.compile(compiler_options=options)
+        except Exception:  # An XLA that has not these options any more; any other failure comes again.
+            pass
+    return lowered.compile()
 
 
 @cache

@@ -55,6 +55,13 @@ class DirectAttitudes:
         """[samples] bool: whether there is an attitude."""
         return np.isfinite(self.quaternion[:, 0])
 
+    @property
+    def fits(self) -> bool:
+        """Whether there are attitudes, and no more than half of them contradict their directions."""
+        solved = self.solved
+        denied = np.array(self.status, dtype=object) == INCONSISTENT
+        return bool(solved.any() and 2 * np.sum(denied & solved) <= np.sum(solved))
+
 
 def direct_attitudes(
     satellite: Satellite, session: TableSession, around: Around, *, arc_s: tuple[float, float] | None = None

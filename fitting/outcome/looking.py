@@ -57,7 +57,7 @@ def _read(
     return jax.vmap(one)(q, w, slope, jax.tree.map(jnp.asarray, problem.sky))
 
 
-look, read = Stored(_look), Stored(_read)
+look, read = Stored(_look, seldom=True), Stored(_read, seldom=True)
 
 
 @dataclass(frozen=True)

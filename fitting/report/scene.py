@@ -73,7 +73,7 @@ def _survey(orbit, revolution, field, greenwich, rate, radius, times, sun):
     return position, velocity, b_field, jax.vmap(line)(lines), *round_it, there
 
 
-survey = Stored(_survey)
+survey = Stored(_survey, seldom=True)
 
 
 def sky_over(

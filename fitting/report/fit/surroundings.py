@@ -78,7 +78,7 @@ def _states(
     return position, velocity, osculating(position[0], velocity[0], jnp.asarray(t)[0])
 
 
-states = Stored(_states)
+states = Stored(_states, seldom=True)
 
 
 def osculating(
