@@ -5,7 +5,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxsat.environment import OrbitTable
-from jaxsat.math import cross, inverse_3x3, quaternion
+from jaxsat.math import cross, floating, inverse_3x3, optional_floating, quaternion
 from jaxsat.spacecraft import Spacecraft
 from jaxsat.torques import AbstractTorque, BodyEnvironment, lag_rate, torques_of
 from jaxsat.torques.abstract import required
@@ -14,11 +14,11 @@ from jaxsat.torques.abstract import required
 class AttitudeState(eqx.Module):
     """What is integrated; of many cases with their axes in front."""
 
-    quaternion: Float[Array, "*cases 4"]
+    quaternion: Float[Array, "*cases 4"] = eqx.field(converter=floating)
     """inertial-from-body, scalar first."""
-    angular_velocity: Float[Array, "*cases 3"]
+    angular_velocity: Float[Array, "*cases 3"] = eqx.field(converter=floating)
     """Of the body against inertial space, body axes [rad/s]."""
-    rod_lag: Float[Array, "*cases rods"] | None = None
+    rod_lag: Float[Array, "*cases rods"] | None = eqx.field(converter=optional_floating, default=None)
     """Magnetic state of the hysteresis rods (`jaxsat.torques.hysteresis`); None without them."""
 
 

@@ -24,7 +24,6 @@ from jaxsat.environment import (
 from jaxsat.errors import InputError
 from jaxsat.estimation import attitude_from_sun_magnetic
 from jaxsat.given import Given, Orbit
-from jaxsat.math import quaternion
 from jaxsat.satellites.assembly import assembled
 from jaxsat.satellites.numbers import MUNIN, SatelliteNumbers
 from jaxsat.sensors import Albedo, PolygonPanels, current_readings, limited_currents, uniform_noise
@@ -158,7 +157,7 @@ KEPLER = ("semi_major_axis", "eccentricity", "inclination", "raan", "argument_of
 
 def _initial(settings: SimulationSettings, around: Surroundings, sun_eci: np.ndarray) -> AttitudeState:
     if settings.quaternion is not None:
-        q = quaternion.normalize(jnp.asarray(settings.quaternion))
+        q = jnp.asarray(settings.quaternion)
     else:
         field = eqx.filter_jit(around)(jnp.zeros(1)).b_field_eci[0]
         angles = jnp.asarray(np.radians(settings.sun_magnetic_deg))

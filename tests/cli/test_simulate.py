@@ -149,7 +149,7 @@ def test_the_command_writes_what_it_says(tmp_path, capsys, monkeypatch):
         ("epoch_utc", "2001-01-18", "expected a UTC instant"),
         ("epoch_utc", "2050-01-18T00:00:00", "range of IGRF-14"),
         ("duration_s", 100.0, "expected 3 to"),
-        ("quaternion", [1.0, 1.0, 0.0, 0.0], "expected a unit quaternion"),
+        ("quaternion", [0.0, 0.0, 0.0, 0.0], "expected a quaternion that is not zero"),
         ("tle", ["1 x", "2 x"], "expected 69 characters"),
         ("limit_sum_mA", 100.0, "act within limit_s"),
         ("panel_corners_m", [[[0.1, 0, 0], [0.1, 0.1, 0], [0.1, 0.1, 0.1], [0.2, 0, 0.1]]], "panel 0: not flat"),

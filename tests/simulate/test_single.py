@@ -194,6 +194,48 @@ def test_state_that_is_not_finite_is_refused(broken):
         simulate(CRAFT, initial, surroundings, TIMES, tolerance=1e-4)
 
 
+def test_satellite_that_no_body_is_and_state_that_none_is():
+    """Before anything is compiled."""
+
+    def refusal(craft=CRAFT, initial=START, **options):
+        with pytest.raises(ValueError) as error:
+            simulate(craft, initial, surroundings, TIMES, **options)
+        return str(error.value)
+
+    def made_of(tensor):
+        return eqx.tree_at(lambda c: c.inertia, CRAFT, jnp.asarray(tensor))
+
+    skew = INERTIA + np.outer([0, 1e-3, 0], [0, 0, 1.0])
+    for tensor, words in (
+        (np.diag([1.0, 1.0, 3.0]), "no body has these principal moments of inertia: 3 exceeds the sum of 1 and 1"),
+        (-INERTIA, "inertia tensor is not positive definite"),
+        (0.0 * INERTIA, "inertia tensor is not positive definite"),
+        (skew, "inertia tensor is not symmetric"),
+        (np.nan * INERTIA, "inertia tensor is not finite"),
+    ):
+        assert f"simulate: spacecraft.inertia: {words}" in refusal(made_of(tensor))
+    lost = eqx.tree_at(lambda c: c.magnet, CRAFT, jnp.asarray([0.3, np.nan, 0.0]))
+    assert refusal(lost) == "simulate: spacecraft.magnet is not a number"
+    torques = (ResidualTorque(np.array([np.nan, 0.0, 0.0])),)
+    assert refusal(torques=torques) == "simulate: torques[0].torque is not a number"
+    nothing = AttitudeState(jnp.zeros(4), START.angular_velocity)
+    assert refusal(initial=nothing) == "simulate: the initial quaternion is zero, which is no attitude"
+
+
+@pytest.mark.slow
+def test_any_multiple_of_a_quaternion_is_the_same_attitude_and_whole_numbers_are_numbers():
+    given = {"torques": TORQUES, "tolerance": 1e-4}
+    one = simulate(CRAFT, AttitudeState([1, 0, 0, 0], START.angular_velocity), surroundings, TIMES, **given)
+    for factor in (0.999, 2.0, -3, 1e-200, 1e300):
+        start = AttitudeState(np.array([factor, 0, 0, 0]), START.angular_velocity)
+        motion = simulate(CRAFT, start, surroundings, TIMES, **given)
+        assert apart(motion, one).max() < 1e-12
+    turned = simulate(
+        CRAFT, AttitudeState(1.05 * START.quaternion, START.angular_velocity), surroundings, TIMES, **given
+    )
+    assert apart(turned, simulate(CRAFT, START, surroundings, TIMES, **given)).max() < 1e-9
+
+
 @pytest.mark.slow
 def test_steps_taken_can_be_gone_over_again():
     """The grid of a result gives the same motion, and its slopes in reverse mode."""
