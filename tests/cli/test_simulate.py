@@ -56,6 +56,15 @@ def session():
 
 
 @pytest.mark.slow
+def test_greenwich_at_a_perigee_of_the_orbit_that_is_flown():
+    """The default orbit's perigee is 3230.5 s after t = 0; 191.28 deg in Table 1 of Penkov et al. 2009."""
+    found = make_session(plan({"earth.greenwich_angle_at_perigee_deg": 204.78}))
+    expected = 204.78 - 3230.533197 * 360.98564737 / 86400
+    assert np.degrees(found.greenwich_angle) == pytest.approx(expected, abs=1e-4)
+    assert expected == pytest.approx(191.28, abs=0.005)
+
+
+@pytest.mark.slow
 def test_the_session_is_that_of_another_program(session):
     theirs, ours = json.loads(TRUTH.read_text()), session.truth
     # Measured 5e-10 deg between attitudes: both integrate to 1e-9 or better.
