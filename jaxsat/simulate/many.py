@@ -4,7 +4,10 @@ They are done in chunks that stay in the cache, on all cores.
 """
 
 import dataclasses
+import functools
+import math
 import os
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import equinox as eqx
@@ -15,9 +18,10 @@ from jaxtyping import Array, Float
 
 from jaxsat.dynamics import AttitudeState, RigidBody
 from jaxsat.environment import OrbitTable
-from jaxsat.integrators import AdamsGrid
+from jaxsat.integrators import RK4, AdamsGrid, StepGrid
 from jaxsat.integrators.adams import ORDER, STABLE
 from jaxsat.integrators.adams import REACH as ADAMS_REACH
+from jaxsat.integrators.grid import BLOCK
 from jaxsat.math import inverse_3x3, quaternion
 from jaxsat.simulate.checks import (
     check_numbers,
@@ -28,9 +32,19 @@ from jaxsat.simulate.checks import (
     sound_cases,
     with_unit_length,
 )
-from jaxsat.simulate.on_grid import Trajectory
+from jaxsat.simulate.on_grid import Trajectory, simulate_on_grid
 from jaxsat.simulate.parts import Absent, advance_parts, parts_of, varying
-from jaxsat.simulate.single import COARSER, MOST_STEPS, Tabulate, bucket, fastest_rate, first_reach, hold, longest_step
+from jaxsat.simulate.single import (
+    COARSER,
+    MOST_STEPS,
+    Tabulate,
+    bucket,
+    fastest_rate,
+    first_reach,
+    hold,
+    jumps,
+    longest_step,
+)
 from jaxsat.spacecraft import Spacecraft, in_axes
 from jaxsat.torques import AbstractTorque
 
@@ -55,7 +69,8 @@ def simulate_many(
     """Motions of many cases from `initial`, leaves over the cases, at monotonic `times` [s]: [cases, samples, ...].
 
     `spacecraft` is shared, or its leaves are over the cases too; the torques are by default those of its parts. The
-    method is Adams of order 12, for torques without kinks. The step is the one with which a pilot chunk, half of it the
+    method is Adams of order 12, for torques without kinks; with a `rod_lag` in the state RK4, which goes across the
+    turns of hysteresis rods. The step is the one with which a pilot chunk, half of it the
     fastest cases, agrees with steps 1.5 times as long within a third of `tolerance` [rad]; `error` of the result is the
     pilot's. With `max_step` [s] it is given and not checked. A case that cannot be moved, for its state or its own
     satellite, or whose motion is not finite, is NaN and listed in `diverged`; the others are as they are without it.
@@ -160,9 +175,15 @@ class _Batch:
         )
         return dataclasses.replace(self, initial=initial, spacecraft=own if self.varies else self.spacecraft)
 
-    @staticmethod
-    def first_reach(tolerance: float) -> float:
+    @property
+    def in_steps(self) -> bool:
+        """Whether rods with hysteresis want Runge-Kutta steps: over the turns of their fields no other holds."""
+        return self.initial.rod_lag is not None
+
+    def first_reach(self, tolerance: float) -> float:
         """Step times the fastest rate to try first."""
+        if self.in_steps:
+            return first_reach(tolerance, RK4.order, RK4.reach, math.inf)
         return first_reach(tolerance, ORDER, ADAMS_REACH, STABLE)
 
     def step_within(self, tolerance: float, rates: Float[np.ndarray, " cases"]) -> tuple[float, float]:
@@ -175,8 +196,9 @@ class _Batch:
             return _trajectory(self.run(pilot, step), None)
 
         first = self.first_reach(tolerance) / float(rates.max())
-        first = min(first, longest_step(self.times, self.start, None) / COARSER)
-        step, error, _ = hold(tolerance / PILOT_MARGIN, first, ORDER, self.times, self.start, attempt)
+        tableau, order = (RK4, RK4.order) if self.in_steps else (None, ORDER)
+        first = min(first, longest_step(self.times, self.start, tableau) / COARSER)
+        step, error, _ = hold(tolerance / PILOT_MARGIN, first, order, self.times, self.start, attempt)
         return step, error
 
     def rates(self) -> Float[np.ndarray, " cases"]:
@@ -187,14 +209,47 @@ class _Batch:
 
     def run(self, chosen: np.ndarray, max_step: float) -> Float[np.ndarray, "cases samples parts"]:
         """Components of the chosen cases at the requested times, chunk after chunk on all cores."""
+        return self._by_steps(chosen, max_step) if self.in_steps else self._by_adams(chosen, max_step)
+
+    def _by_steps(self, chosen: np.ndarray, max_step: float) -> Float[np.ndarray, "cases samples parts"]:
+        """By RK4, whose steps go across the turns of hysteresis rods; what stands between the samples is not kept."""
+        stops = jumps(self.surroundings)
+        lay = functools.partial(StepGrid.through, self.times, start=self.start, max_step=max_step, stops=stops)
+        used = lay().step.shape[0]
+        grid = lay(pad_steps=bucket(used))
+        table = self._table(grid.node_times)
+        varies, blocks = self.varies, np.asarray(used // BLOCK)
+
+        def one(numbers):
+            initial, craft = (
+                jax.tree.map(lambda leaf: jnp.asarray(np.asarray(leaf)[numbers]), tree) if over_cases else tree
+                for tree, over_cases in ((self.initial, True), (self.spacecraft, varies))
+            )
+            return np.asarray(_steps(craft, initial, table, grid, self.torques, blocks, body_varies=varies))
+
+        return np.concatenate(self._in_chunks(one, chosen))[: len(chosen)]
+
+    def _table(self, times: Float[Array | np.ndarray, " n"]) -> OrbitTable:
+        # The orbit in double precision whatever the motion's own: seconds and metres outgrow seven digits.
+        table = _tabulated(self.surroundings, times)
+        check_table(table, "simulate_many")
+        return jax.tree.map(lambda x: x.astype(self.initial.quaternion.dtype), table)
+
+    def _in_chunks(self, one: Callable[[np.ndarray], np.ndarray], chosen: np.ndarray) -> list[np.ndarray]:
+        """`one` of the numbers of each chunk, the last one filled up with repeats."""
+        chunks = [
+            np.resize(chosen[begin : begin + self.chunk], self.chunk) for begin in range(0, len(chosen), self.chunk)
+        ]
+        # Two programs at once use two cores better than one program that shares its small loops out.
+        workers = (os.cpu_count() or 1) if jax.default_backend() == "cpu" else 1
+        with ThreadPoolExecutor(workers) as pool:
+            return list(pool.map(one, chunks))
+
+    def _by_adams(self, chosen: np.ndarray, max_step: float) -> Float[np.ndarray, "cases samples parts"]:
         grid = AdamsGrid.through(self.times, start=self.start, max_step=max_step)
         count = grid.steps
         grid = grid.padded(bucket(count))
-        # The orbit in double precision whatever the motion's own: seconds and metres outgrow seven digits.
-        dtype = self.initial.quaternion.dtype
-        table = _tabulated(self.surroundings, grid.node_times)
-        check_table(table, "simulate_many")
-        table = jax.tree.map(lambda x: x.astype(dtype), table)
+        table = self._table(grid.node_times)
         # At the last step's end alone nothing has to be kept on the way.
         last_only = bool(np.all(self.times == self.times[-1]))
         like = jax.tree.map(lambda leaf: np.zeros(leaf.shape[1:], leaf.dtype), self.initial)
@@ -202,8 +257,7 @@ class _Batch:
         absent = self._absent(body)
         varied = varying(body) if self.varies else None
 
-        def one(begin):
-            numbers = np.resize(chosen[begin : begin + self.chunk], self.chunk)
+        def one(numbers):
             initial, own = jax.tree.map(
                 lambda leaf: np.moveaxis(np.asarray(leaf)[numbers], 0, -1), (self.initial, varied)
             )
@@ -213,11 +267,7 @@ class _Batch:
             )
             return np.asarray(states)
 
-        begins = range(0, len(chosen), self.chunk)
-        # Two programs at once use two cores better than one program that shares its small loops out.
-        workers = (os.cpu_count() or 1) if jax.default_backend() == "cpu" else 1
-        with ThreadPoolExecutor(workers) as pool:
-            found = np.concatenate(list(pool.map(one, begins)), axis=-1)
+        found = np.concatenate(self._in_chunks(one, chosen), axis=-1)
         return np.moveaxis(found[..., : len(chosen)], -1, 0)
 
     def _body(self) -> RigidBody:
@@ -258,6 +308,18 @@ def _rates(spacecraft, initial, table, *, body_varies):
     return eqx.filter_vmap(fastest_rate, in_axes=(eqx.if_array(0) if body_varies else None, 0, None))(
         spacecraft, initial, table
     )
+
+
+@eqx.filter_jit
+def _steps(spacecraft, initial, table, grid, torques, blocks, *, body_varies):
+    grid = jax.tree.map(jnp.asarray, grid)
+
+    def one(craft, state):
+        found = simulate_on_grid(craft, state, table, grid, torques=torques, blocks=blocks)
+        parts = (found.quaternion, found.angular_velocity, found.rod_lag)
+        return jnp.concatenate([part for part in parts if part is not None], axis=-1)
+
+    return eqx.filter_vmap(one, in_axes=(eqx.if_array(0) if body_varies else None, 0))(spacecraft, initial)
 
 
 def _advance_chunk(parts, like, body, table, grid, count, body_varies, absent, last_only):

@@ -27,6 +27,7 @@ from jaxsat.simulate.checks import (
     in_unit_length,
 )
 from jaxsat.simulate.on_grid import Trajectory, by_adams, simulate_on_grid
+from jaxsat.simulate.turns import TURN_ORDER
 from jaxsat.spacecraft import Spacecraft
 from jaxsat.torques import AbstractTorque, torques_of
 
@@ -36,6 +37,8 @@ Tabulate = Callable[..., OrbitTable]
 COARSER = 1.5
 """Ratio of the steps of the two runs that are compared."""
 ATTEMPTS = 12
+UNRESOLVED = 0.1
+"""Two runs that are so far apart [rad] do not yet tell how their errors fall."""
 MOST_STEPS = 2_000_000
 ROUND_MU = 4.0e14
 """The Earth's gravitational parameter [m^3/s^2], rounded: what it enters is a scale of rates."""
@@ -80,13 +83,15 @@ def simulate(
             return _adams_at_step(spacecraft, initial, surroundings, times, start, torques, step)
         return _at_step(spacecraft, initial, surroundings, times, start, torques, tableau or DORMAND_PRINCE_8, step)
 
-    longest = longest_step(times, start, tableau, _jumps(surroundings))
+    longest = longest_step(times, start, tableau, jumps(surroundings))
     first = min(first_reach(tolerance, order, reach, stable) / float(rate), longest / COARSER)
+    # The turns of the rods' fields are of lower order than the method.
+    order = order if initial.rod_lag is None else min(order, TURN_ORDER)
     _, error, motion = hold(tolerance, first, order, times, start, attempt)
     return dataclasses.replace(motion, error=error)
 
 
-def _jumps(surroundings: Tabulate) -> np.ndarray | None:
+def jumps(surroundings: Tabulate) -> np.ndarray | None:
     """Times at which what is commanded jumps, if anything is [s]."""
     commands = surroundings.commands if isinstance(surroundings, Surroundings) else None
     return None if commands is None else commands.jumps()
@@ -134,13 +139,14 @@ def hold(tolerance, first_step, order, times, start, attempt):
         error = _largest_angle(fine.quaternion, coarse.quaternion)
         if error <= tolerance:
             return step, error, fine
-        # Where shorter steps do not help, near rounding or at kinks, more of them will not.
-        stale += error > 0.5 * best
+        # Where shorter steps do not help, near rounding or at kinks, more of them will not; of a motion that is not
+        # resolved yet that cannot be said.
+        stale += 0.5 * best < error < UNRESOLVED
         if np.isfinite(error) and (stale == 3 or (stale and error < 1e-9)):
             break
         best = min(best, error)
-        # A motion that is not resolved yet says little of how fast the error falls.
-        shrink = (0.5 * tolerance / error) ** (1.0 / order) if error < 0.1 else 0.5
+        # Nor of how fast the error falls.
+        shrink = (0.5 * tolerance / error) ** (1.0 / order) if error < UNRESOLVED else 0.5
         step *= max(0.25, shrink)
     told = "no motion was finite" if tried else f"more than {MOST_STEPS} steps would be needed"
     told = f"the best agreement was {best:.1e} rad" if best < np.inf else told
@@ -183,7 +189,7 @@ def _apart(p: Float[Array, "*batch 4"], q: Float[Array, "*batch 4"]) -> Float[Ar
 
 def _at_step(spacecraft, initial, surroundings, times, start, torques, tableau, step) -> Trajectory:
     lay = functools.partial(
-        StepGrid.through, times, start=start, max_step=step, tableau=tableau, stops=_jumps(surroundings)
+        StepGrid.through, times, start=start, max_step=step, tableau=tableau, stops=jumps(surroundings)
     )
     used = lay().step.shape[0]
     # Few shapes, few compilations: the steps' number is rounded up, and the rest is not computed.
