@@ -70,7 +70,7 @@ def published_sample() -> list[dict]:
         sides = jnp.asarray([x_lit, False, False])
         sunny = jnp.array([float(x_lit), float(not x_lit), 0.0, 1.0, 0.0, 1.0])
         sun_body = sun_on_sides(measured, sides)
-        start = compromise_start(sun_body, field, light.sun_eci, jnp.asarray(1.0))
+        start = compromise_start(sun_body, jnp.array([1.0, 0.0, 0.0]), light.sun_eci, field)
         found = start
         for _ in range(6):
             result = fit_five_parameters(found, measured, panels, mirror_earth(), light, sunny=sunny)

@@ -114,7 +114,7 @@ def satellite_at_truth(truth: dict, free: str, *, blind: bool) -> dict[str, obje
 
     Where magnet and inertia are both free the common scale is the truth's |magnet|; `blind` gives nothing away but it.
     """
-    from fitting.sensed_run import chosen_leaves
+    from fitting.parameters.chosen import chosen_leaves
     from jaxsat.satellites import read_satellite
 
     cfg, munin = truth["cfg"], read_satellite()

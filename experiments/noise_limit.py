@@ -25,9 +25,9 @@ def main() -> None:
     jax.config.update("jax_enable_x64", True)
 
     from fitting.measurements.abstract import RATE_UNIT
-    from fitting.measurements.assembly import Samples, build_sensed
+    from fitting.measurements.assembly import Samples, build_problem
+    from fitting.parameters.chosen import chosen_leaves
     from fitting.parameters.free import free_parameters
-    from fitting.sensed_run import chosen_leaves
     from fitting.surroundings import surroundings
     from jaxsat.bundled import BUNDLED
     from jaxsat.integrators import BLOCK
@@ -52,7 +52,7 @@ def main() -> None:
     cells = session.channels["cells"]
     samples = Samples.of({"cells": cells}, session.epoch, {})
     around, _ = surroundings(satellite, session)
-    problem = build_sensed(samples, satellite.model, around, delayed=(), max_step=4.0, room_for=4.0)
+    problem = build_problem(samples, satellite.model, around, delayed=(), max_step=4.0, room_for=4.0)
     free = chosen_leaves(satellite.leaves, arguments.free.split(","), satellite.aliases)
     parameters = free_parameters(satellite.model, satellite.leaves, free, held=satellite.held)
     sigma_mA = 1e3 * cells.sigma

@@ -7,19 +7,17 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from fitting.fitted import Fit as Fit
     from fitting.orbit.orbit_fit import fit_orbit as fit_orbit
     from fitting.outcome.posterior import sample_posterior as sample_posterior
     from fitting.run import fit as fit
-    from fitting.sensed_run import SensedFit as SensedFit
-    from fitting.sensed_run import fit_table as fit_table
-    from fitting.sensed_settings import SensedSettings as SensedSettings
     from fitting.session import prepare_session as prepare_session
+    from fitting.settings import FitSettings as FitSettings
 
 _PLACES = {
     "fit": "fitting.run",
-    "fit_table": "fitting.sensed_run",
-    "SensedFit": "fitting.sensed_run",
-    "SensedSettings": "fitting.sensed_settings",
+    "Fit": "fitting.fitted",
+    "FitSettings": "fitting.settings",
     "prepare_session": "fitting.session",
     "fit_orbit": "fitting.orbit.orbit_fit",
     "sample_posterior": "fitting.outcome.posterior",

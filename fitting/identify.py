@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.measurements.abstract import RATE_UNIT
-from fitting.measurements.assembly import Samples, build_sensed, usable
+from fitting.measurements.assembly import Samples, build_problem, usable
 from fitting.measurements.enough import check_sunlit
-from fitting.measurements.sensed import SensedProblem
+from fitting.measurements.problem import Problem
 from fitting.measurements.sky import Around
 from fitting.outcome.looking import prepare_look
 from fitting.parameters.free import FreeParameters
-from fitting.sensed_settings import SensedSettings
+from fitting.settings import FitSettings
 from fitting.solvers.adaptive import panels_of, refine_adaptively
 from fitting.solvers.refine import Refined, candidates, refine
 from fitting.starts.carry import carried_back
@@ -23,6 +23,7 @@ from fitting.starts.ladder import directed_samples, first_guesses, telling_sampl
 from fitting.starts.mounting import with_turns
 from fitting.starts.multi_start import Progress, compile_solvers
 from fitting.starts.sights import Sights, sights_of
+from fitting.starts.silent import silent_panels
 from fitting.starts.stretches import longest_stretch
 from jaxsat.errors import InputError
 from jaxsat.integrators import RK4, step_for
@@ -33,12 +34,18 @@ COARSE_TOLERANCE, FINE_TOLERANCE = 4e-2, 2e-4
 """Integration error over the session allowed while arcs grow and at the end [rad]."""
 
 
+HARDER = 3
+"""Times as many starts, of as many more steps, where the first arc is explained and the data are not."""
+MOST_GIVEN = 8
+"""Conventions of axes that are refined along a motion that is given."""
+
+
 @dataclass(frozen=True)
 class Minimum:
     """The best motion of one convention of axes."""
 
     convention: Convention
-    problem: SensedProblem
+    problem: Problem
     refined: Refined
 
 
@@ -61,7 +68,7 @@ def identify(
     model: Model,
     around: Around,
     parameters: FreeParameters,
-    settings: SensedSettings,
+    settings: FitSettings,
     *,
     unknown_axes: dict[str, str],
     fit_until: float,
@@ -83,21 +90,21 @@ def identify(
     whole_span = max(float(np.ptp(samples.t)), 1.0)
     build = {"whole": samples, "delayed": delayed}
     # The sky first, on the coarsest grid: sights need no motion.
-    first = build_sensed(samples, model, around, max_step=settings.step_s, room_for=settings.step_s, **build)
+    first = build_problem(samples, model, around, max_step=settings.step_s, room_for=settings.step_s, **build)
     check_sunlit(first, {name: channel.witness for name, channel in samples.channels.items()}, FIRST_ARC)
-    found = conventions(first, samples, unknown_axes)
-    sights = sights_of(with_axes(first, found[0]), samples)
+    seeing = samples.part(slice(fitted))
+    found = conventions(first, seeing, unknown_axes)
+    sights = sights_of(with_axes(first, found[0]), seeing)
     fastest = max(_seen_rate(sights), float(np.radians(settings.max_rate_deg_s)))
     step = min(settings.step_s, step_for(RK4, fastest, span, COARSE_TOLERANCE))
     finest = min(step, step_for(RK4, 1.3 * fastest + 1e-3, whole_span, FINE_TOLERANCE))
     telling = telling_samples(sights)
-    telling = telling[telling < fitted]
     if len(telling) < FIRST_ARC:
         raise InputError(f"only {len(telling)} samples tell a direction; a fit needs at least {FIRST_ARC}")
     mask = np.isin(np.arange(len(samples.t)), telling)
     begin = longest_stretch(samples.t, mask) if samples.given is None else 0
-    part = samples.since(begin)
-    coarse = build_sensed(part, model, around, max_step=step, room_for=finest, sky=first.sky, **build)
+    part, seeing = samples.part(slice(begin, None)), seeing.part(slice(begin, None))
+    coarse = build_problem(part, model, around, max_step=step, room_for=finest, sky=first.sky, **build)
     tabulated = time.perf_counter()
     progress("compiling", 0, 1)
     compilations = compile_solvers(coarse, parameters, settings.solver)
@@ -108,36 +115,52 @@ def identify(
             compilation.result()
     compiled = time.perf_counter()
 
-    def started(convention: Convention, count: int) -> Run:
-        problem = with_axes(coarse, convention)
-        rng = np.random.default_rng(settings.seed)
-        guesses = first_guesses(sights_of(problem, part), 0, count, fastest, rng)
-        return Run(convention, problem, guesses.starts(len(parameters.everything)))
-
+    silent = silent_panels(seeing, model, parameters)
     use = usable(coarse, part)
     use[fitted - begin :] = 0.0
-    if samples.given is None:
-        runs = [started(each, settings.starts) for each in found]
-        seen = directed_samples(sights)
-        grow(runs, seen[(seen >= begin) & (seen < fitted)] - begin, fitted - begin - 1, parameters, use, progress)
-    else:
-        runs = [started(each, 1) for each in found[:8]]
+    seen = directed_samples(sights)
+
+    def started(convention: Convention, effort: int) -> Run:
+        problem = with_axes(coarse, convention)
+        count = settings.starts * effort if samples.given is None else 1
+        rng = np.random.default_rng([settings.seed, effort - 1])
+        guesses = first_guesses(sights_of(problem, seeing), 0, count, fastest, rng)
+        starts = guesses.starts(np.zeros(len(parameters.everything)))
+        if silent.panels:
+            guesses = first_guesses(sights_of(problem, silent.left_out(seeing)), 0, count, fastest, rng)
+            starts = starts.followed_by(guesses.starts(silent.unknowns(parameters)))
+        return Run(convention, problem, starts)
+
+    def searched(effort: int) -> tuple[list[Minimum], bool]:
+        begun = False
+        runs = [started(each, effort) for each in (found if samples.given is None else found[:MOST_GIVEN])]
+        if samples.given is None:
+            begun = grow(
+                runs, seen[seen >= begin] - begin, fitted - begin - 1, parameters, use, progress, effort=effort
+            )
+        else:
+            for run in runs:
+                run.starts = with_turns(run.starts, run.problem, seeing, parameters)
+        fine_step = _fine_step(runs, settings.step_s, whole_span)
+        longest = max(min(step, fine_step), finest)
+        fine = build_problem(samples, model, around, max_step=longest, room_for=finest, sky=first.sky, **build)
+        weight = usable(fine, samples)
+        weight[fitted:] = 0.0
+        minima = []
         for run in runs:
-            run.starts = with_turns(run.starts, run.problem, part, parameters, fitted - begin)
-    fine_step = _fine_step(runs, settings.step_s, whole_span)
-    longest = max(min(step, fine_step), finest)
-    fine = build_sensed(samples, model, around, max_step=longest, room_for=finest, sky=first.sky, **build)
-    weight = usable(fine, samples)
-    weight[fitted:] = 0.0
-    minima = []
-    for run in runs:
-        problem = with_axes(fine, run.convention)
-        starts = run.starts
-        if begin > 0:
-            starts = carried_back(starts, parameters, samples, begin, problem.model, around, fine_step)
-        if len(starts.cost):
-            refined = _refined(problem, parameters, starts, weight, around, settings, progress)
-            minima.append(Minimum(run.convention, problem, refined))
+            problem = with_axes(fine, run.convention)
+            starts = run.starts
+            if begin > 0:
+                starts = carried_back(starts, parameters, samples, begin, problem.model, around, fine_step)
+            if len(starts.cost):
+                refined = _refined(problem, parameters, starts, weight, around, settings, progress)
+                minima.append(Minimum(run.convention, problem, refined))
+        return minima, begun
+
+    minima, begun = searched(1)
+    if begun and all(minimum.refined.hopeless[0] for minimum in minima):
+        # The model may be wrong; or the way from the first arc to the last is narrow, and too few starts were on it.
+        minima += searched(HARDER)[0]
     if not minima:
         raise InputError("no start survives: the nominal satellite or the noise is out of all range")
     minima.sort(key=lambda minimum: minimum.refined.score[0])

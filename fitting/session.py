@@ -60,7 +60,7 @@ class PreparedSession:
         )
 
     def within(self, arc_s: tuple[float, float] | None = None) -> np.ndarray:
-        """[time] bool: samples of an arc [t0, t1], of all by default; `InputError` where they tell no attitude."""
+        """[time] bool: samples of an arc [t0, t1], of all by default; `InputError` where none has light."""
         session = self.session
         inside = np.ones(len(session.t_s), bool)
         if arc_s is not None:

@@ -20,7 +20,8 @@ if "JAX_COMPILATION_CACHE_DIR" not in os.environ:
 
 if version("jax").startswith("0.10.") and "XLA_FLAGS" not in os.environ:
     # XLA's older code generator for CPUs compiles in two thirds of the processor time, to the same numbers but for
-    # rounding. Users have the other one: so has the example of the documentation, and the wheel in .ci/wheel.
+    # rounding. Users have it for a fit's stored programs alone: so has the example of the documentation, and the wheel
+    # in .ci/wheel.
     os.environ["XLA_FLAGS"] = "--xla_cpu_use_fusion_emitters=false"
 
 import jax

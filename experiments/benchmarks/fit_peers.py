@@ -22,10 +22,10 @@ from models.attitude_job import timed
 from scipy.optimize import least_squares
 
 from fitting.measurements.abstract import RATE_UNIT
-from fitting.measurements.assembly import Samples, build_sensed, usable
+from fitting.measurements.assembly import Samples, build_problem, usable
 from fitting.measurements.floor import NO_FLOOR
+from fitting.parameters.chosen import chosen_leaves
 from fitting.parameters.free import free_parameters
-from fitting.sensed_run import chosen_leaves
 from fitting.solvers.descent import adam, lbfgs
 from fitting.solvers.least_squares import levenberg_marquardt
 from fitting.solvers.refine import PLAIN
@@ -68,7 +68,7 @@ class Job:
         cells = session.channels["cells"]
         self.samples = samples = Samples.of({"cells": cells}, session.epoch, {})
         around, _ = surroundings(satellite, session)
-        problem = build_sensed(samples, satellite.model, around, delayed=(), max_step=max_step, room_for=max_step)
+        problem = build_problem(samples, satellite.model, around, delayed=(), max_step=max_step, room_for=max_step)
         self.problem = problem = replace(problem, floor=np.full(problem.floor.shape, NO_FLOOR))
         free = chosen_leaves(satellite.leaves, ["magnet", "rods", "inertia"])
         self.parameters = parameters = free_parameters(satellite.model, satellite.leaves, free, held=satellite.held)
@@ -174,7 +174,7 @@ def blind(job: Job, count: int, numpy_count: int) -> list[dict]:
     """Part B: from the same starts, how many reach the least cost that any of them found, and the time of all."""
     sights = sights_of(job.problem, job.samples)
     guesses = first_guesses(sights, 0, count, MAX_RATE, np.random.default_rng(0))
-    starts = guesses.starts(len(job.moves))
+    starts = guesses.starts(np.zeros(len(job.moves)))
     seen = directed_samples(sights)
     schedule = arcs(seen, job.last, job.parameters)
     common = (job.problem, job.parameters)

@@ -22,8 +22,8 @@ from scipy.spatial.transform import Rotation
 from surroundings import greenwich_angle, kepler, magnetic_field
 
 import fitting
-from fitting.outcome.sensed_result import SensedResult
-from fitting.sensed_settings import AdaptiveRules, SensedSettings
+from fitting.outcome.result import FitResult
+from fitting.settings import AdaptiveRules, FitSettings
 from jaxsat.given import Earth, Given
 from jaxsat.plotting.style import INK, dress, new_figure
 from jaxsat.satellites import read_numbers
@@ -67,7 +67,7 @@ def measured(truth: dict[str, Any], setting: Setting, noise_mA: float, seed: int
     return np.where(clean > 0.0, np.maximum(clean + noise, 0.0), 0.0)
 
 
-def fitted(truth: dict[str, Any], currents_mA: np.ndarray, setting: Setting, way: str) -> SensedResult:
+def fitted(truth: dict[str, Any], currents_mA: np.ndarray, setting: Setting, way: str) -> FitResult:
     """The fit of the setting's arc."""
     free = (setting.free, "albedo.specular") if way == "ours" else (setting.free,)
     adaptive, changed = WAYS[way]
@@ -91,7 +91,7 @@ def fitted(truth: dict[str, Any], currents_mA: np.ndarray, setting: Setting, way
     # The true angle, which is not quite that of our own time scales.
     angle = float(np.degrees(greenwich_angle(dt.datetime.fromisoformat(cfg["start"]))))
     given = Given(earth=Earth(greenwich_angle_deg=(angle + 180.0) % 360.0 - 180.0))
-    return fitting.fit(satellite, session, free=free, settings=SensedSettings(adaptive=adaptive), given=given).result
+    return fitting.fit(satellite, session, free=free, settings=FitSettings(adaptive=adaptive), given=given).result
 
 
 def principal(values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
@@ -100,7 +100,7 @@ def principal(values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
     return np.linalg.eigh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
-def judged(truth: dict[str, Any], result: SensedResult) -> dict[str, Any]:
+def judged(truth: dict[str, Any], result: FitResult) -> dict[str, Any]:
     """What the table says of a fit."""
     k = np.searchsorted(truth["t"], result.t_s - 1e-6)
     overlap = np.abs(np.sum(result.quaternion_inertial_from_body * truth["q"][k], axis=1))

@@ -13,12 +13,12 @@ from scipy.spatial.transform import Rotation
 import fitting
 from fitting.identify import FINE_TOLERANCE, Identified, Minimum
 from fitting.measurements.abstract import RATE_UNIT
-from fitting.measurements.assembly import Samples, build_sensed, usable
-from fitting.outcome.sensed_result import SensedResult
-from fitting.outcome.sensed_summary import summarize_sensed
+from fitting.measurements.assembly import Samples, build_problem, usable
+from fitting.outcome.result import FitResult
+from fitting.outcome.summary import summarize
+from fitting.parameters.chosen import chosen_leaves
 from fitting.parameters.free import FreeParameters, free_parameters
-from fitting.sensed_run import chosen_leaves
-from fitting.sensed_settings import SensedSettings
+from fitting.settings import FitSettings
 from fitting.solvers.refine import refine
 from fitting.starts.conventions import conventions
 from fitting.starts.multi_start import Starts
@@ -42,7 +42,7 @@ class BlindSession:
     number: int
     satellite: Satellite
     session: TableSession
-    settings: SensedSettings
+    settings: FitSettings
     truth: dict[str, Any]
     offset_s: float
     """Time of the truth at t = 0 of the session."""
@@ -58,7 +58,7 @@ class BlindSession:
         free = chosen_leaves(craft.leaves, self.settings.free, craft.aliases)
         return free_parameters(craft.model, craft.leaves, free, held=craft.held)
 
-    def fit(self) -> SensedResult:
+    def fit(self) -> FitResult:
         """The blind fit."""
         return fitting.fit(self.satellite, self.session, settings=self.settings).result
 
@@ -68,7 +68,7 @@ def blind_session(number: int, cache: Path, *, hard: bool) -> BlindSession:
     path = session_file(number, cache, hard=hard)
     truth = json.loads(path.with_suffix(".truth.json").read_text())
     regime = regime_of(number)
-    settings = SensedSettings(free=EVERYTHING + (("gains",) if hard else ()), starts=256)
+    settings = FitSettings(free=EVERYTHING + (("gains",) if hard else ()), starts=256)
     if regime < len(MAX_SPIN_DEG_S):
         settings = settings.changed(max_rate_deg_s=MAX_SPIN_DEG_S[regime])
     satellite = read_satellite()
@@ -119,7 +119,7 @@ def true_start(session: BlindSession, parameters: FreeParameters, t_s: float) ->
     return np.clip(np.concatenate([np.zeros(3), w / RATE_UNIT, shift]), lower, upper), q
 
 
-def fit_from_truth(session: BlindSession) -> SensedResult:
+def fit_from_truth(session: BlindSession) -> FitResult:
     """The minimum into which the truth itself runs."""
     parameters, model = session.parameters(), session.satellite.model
     around, _ = surroundings(session.satellite, session.session)
@@ -127,16 +127,16 @@ def fit_from_truth(session: BlindSession) -> SensedResult:
     spin = float(np.linalg.norm(session.truth["w"], axis=1).max())
     fastest = min(1.3 * spin + 1e-3, 2.0 * np.radians(session.settings.max_rate_deg_s))
     step = min(session.settings.step_s, step_for(RK4, fastest, float(np.ptp(samples.t)), FINE_TOLERANCE))
-    problem = build_sensed(samples, model, around, delayed=(), max_step=step, room_for=step)
+    problem = build_problem(samples, model, around, delayed=(), max_step=step, room_for=step)
     x, q = true_start(session, parameters, float(samples.t[0]))
     start = Starts(x[None], q[None], np.zeros(1))
     how = {"likelihood": session.settings.likelihood, "progress": lambda *_: None}
     refined = refine(problem, parameters, start, usable(problem, samples), **how)
     minimum = Minimum(conventions(problem, samples, {})[0], problem, refined)
-    return summarize_sensed(Identified((minimum,), samples, parameters, len(samples.t), step, {}))
+    return summarize(Identified((minimum,), samples, parameters, len(samples.t), step, {}))
 
 
-def compare(session: BlindSession, result: SensedResult) -> dict[str, Any]:
+def compare(session: BlindSession, result: FitResult) -> dict[str, Any]:
     """Errors of a result against the truth: attitude over the arc, and everything over its sigma."""
     k = session.true_index(result.t_s)
     true_q, found_q = np.array(session.truth["q"])[k], result.quaternion_inertial_from_body
@@ -172,13 +172,13 @@ def compare(session: BlindSession, result: SensedResult) -> dict[str, Any]:
     }
 
 
-def left_out(result: SensedResult) -> int:
+def left_out(result: FitResult) -> int:
     """Samples of the currents that the fit did not use."""
     cells = result.channels[CELLS]
     return int((~cells.used & cells.fitted).sum())
 
 
-def truncated_cost(session: BlindSession, result: SensedResult, limit: float = 30.0) -> float:
+def truncated_cost(session: BlindSession, result: FitResult, limit: float = 30.0) -> float:
     """Chi2 with no sample above `limit` and with the priors: comparable where fits left out different samples."""
     cells = result.channels[CELLS]
     assert result.illumination is not None

@@ -9,10 +9,10 @@ the sum of Jacobian times residual in a pass and H the information matrix.
 import jax
 import numpy as np
 
+from fitting.fitted import Fit
 from fitting.outcome.looking import look
 from fitting.outcome.uncertainty import covariance
 from fitting.parameters.names import STATE
-from fitting.sensed_run import SensedFit
 from jaxsat.integrators import BLOCK
 
 PASS_GAP_S = 1800.0
@@ -29,7 +29,7 @@ def sandwich(information: np.ndarray, pulls: np.ndarray) -> np.ndarray:
     return information @ (pulls.T @ pulls) @ information
 
 
-def clustered_sigmas(fit: SensedFit) -> dict[str, float]:
+def clustered_sigmas(fit: Fit) -> dict[str, float]:
     """1-sigma of each free number by its name, in its unit."""
     best, parameters, samples = fit.found.minima[0], fit.found.parameters, fit.found.samples
     point = jax.tree.map(lambda leaf: np.asarray(leaf)[0], best.refined.points)

@@ -37,8 +37,8 @@ def main() -> None:
     import jaxsat
 
     jaxsat.set_up_jax()
-    from fitting.sensed_run import fit_table
-    from fitting.sensed_settings import SensedSettings
+    import fitting
+    from fitting.settings import FitSettings
     from jaxsat.satellites import read_satellite
 
     satellite = read_satellite(HERE / "iss.sat.toml")
@@ -47,7 +47,7 @@ def main() -> None:
 
     def fit(begin, until, stop, satellite=satellite, free=None):
         holdout = max(0.0, (stop - until) / (stop - begin))
-        return fit_table(satellite, session, SensedSettings(arc_s=(begin, stop), holdout=holdout, free=free))
+        return fitting.fit(satellite, session, settings=FitSettings(arc_s=(begin, stop), holdout=holdout, free=free))
 
     # What an engineer does who knows nothing of a break: all of it, most of it predicted.
     whole = fit(BEGIN, FITTED, end)

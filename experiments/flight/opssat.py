@@ -63,8 +63,8 @@ def main() -> None:
     import jaxsat
 
     jaxsat.set_up_jax()
-    from fitting.sensed_run import fit_table
-    from fitting.sensed_settings import SensedSettings
+    import fitting
+    from fitting.settings import FitSettings
     from jaxsat.satellites import Satellite
 
     with tempfile.TemporaryDirectory() as folder:
@@ -78,7 +78,7 @@ def main() -> None:
             assert isinstance(satellite, Satellite)
             session = jaxsat.read_telemetry(tables, satellite)
             # Errors of an attitude that is estimated on board have long tails.
-            return fit_table(satellite, session, SensedSettings(likelihood="student", **settings))
+            return fitting.fit(satellite, session, settings=FitSettings(likelihood="student", **settings))
 
         lines = (HERE / "data" / "opssat.tle").read_text("ascii").splitlines()
         best, other, ahead = fit(), fit({"orbit.tle": lines[2:4]}), fit(holdout=0.3)

@@ -151,13 +151,13 @@ def _searched(satellite, arguments) -> dict:
 
 def fly(satellite, data: Path, out: Path, each: Pass) -> Flown:
     """Fits a pass by its Sun sensors and asks the currents."""
+    import fitting
     import jaxsat
-    from fitting.sensed_run import fit_table
-    from fitting.sensed_settings import SensedSettings
+    from fitting.settings import FitSettings
 
     tables = write_tables(data, out / "tables" / each.name, each)
     session = jaxsat.read_telemetry(list(tables), satellite)
-    fit = fit_table(satellite, session, SensedSettings(max_rate_deg_s=MAX_RATE_DEG_S))
+    fit = fitting.fit(satellite, session, settings=FitSettings(max_rate_deg_s=MAX_RATE_DEG_S))
     fit.write(out / each.name)
     cells = fit.result.channels["cells"]
     full_sun = each.in_full_sun(cells.t_s)

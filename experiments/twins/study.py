@@ -31,14 +31,14 @@ def document_of(table: Path, satellite_file: Path, holdout: float) -> dict[str, 
     from jaxsat.numerics import set_up_jax
 
     set_up_jax()
-    from fitting.sensed_run import fit_table
-    from fitting.sensed_settings import SensedSettings
+    from fitting.run import fit
+    from fitting.settings import FitSettings
     from jaxsat.satellites import read_satellite
     from jaxsat.telemetry.table.reading import read_tables
 
     satellite = read_satellite(satellite_file)
     session = read_tables(table, satellite)
-    result = fit_table(satellite, session, SensedSettings(holdout=holdout)).result
+    result = fit(satellite, session, settings=FitSettings(holdout=holdout)).result
     return {
         "epoch_utc": session.epoch.iso(3),
         "status": result.status,

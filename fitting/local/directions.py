@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fitting.local.solutions import SOLVED, UNDETERMINED, UNSOLVED
-from fitting.measurements.assembly import Samples, build_sensed, channels_within
-from fitting.measurements.sensed import SensedProblem
+from fitting.measurements.assembly import Samples, build_problem, channels_within
+from fitting.measurements.problem import Problem
 from fitting.measurements.sky import Around
 from fitting.starts.conventions import Convention, conventions, with_axes
 from fitting.starts.ladder import finite_turn_rates
@@ -55,6 +55,13 @@ class DirectAttitudes:
         """[samples] bool: whether there is an attitude."""
         return np.isfinite(self.quaternion[:, 0])
 
+    @property
+    def fits(self) -> bool:
+        """Whether there are attitudes, and no more than half of them contradict their directions."""
+        solved = self.solved
+        denied = np.array(self.status, dtype=object) == INCONSISTENT
+        return bool(solved.any() and 2 * np.sum(denied & solved) <= np.sum(solved))
+
 
 def direct_attitudes(
     satellite: Satellite, session: TableSession, around: Around, *, arc_s: tuple[float, float] | None = None
@@ -72,13 +79,13 @@ def direct_attitudes(
         for name, each in channels_within(session, arc_s).items()
     }
     samples = Samples.of(channels, session.epoch, dict(session.columns))
-    problem = build_sensed(samples, model, around, delayed=(), max_step=LONGEST_STEP, room_for=LONGEST_STEP)
+    problem = build_problem(samples, model, around, delayed=(), max_step=LONGEST_STEP, room_for=LONGEST_STEP)
     unknown = {name: each for name, each in satellite.conventions.items() if name in channels}
     found = conventions(problem, samples, unknown)
     return _solved(with_axes(problem, found[0]), samples, tuple(found))
 
 
-def _solved(problem: SensedProblem, samples: Samples, found: tuple[Convention, ...]) -> DirectAttitudes:
+def _solved(problem: Problem, samples: Samples, found: tuple[Convention, ...]) -> DirectAttitudes:
     directions, tracked, tracked_sigma, seen = _sights(problem, samples)
     n = len(samples.t)
     blank = np.full((n, 3), np.nan)
@@ -109,7 +116,7 @@ def _solved(problem: SensedProblem, samples: Samples, found: tuple[Convention, .
 
 
 def _sights(
-    problem: SensedProblem, samples: Samples
+    problem: Problem, samples: Samples
 ) -> tuple[Mapping[str, Directions], np.ndarray, np.ndarray, tuple[tuple[str, ...], ...]]:
     """Directions by sensor with the sigma of each reading; attitudes of a star tracker; who sees something when."""
     n, t = len(samples.t), samples.t

@@ -37,14 +37,14 @@ class FiveParameterFit(eqx.Module):
 
 
 def compromise_start(
-    sun_body: Float[Array, "3"], b_field_eci: Float[Array, "3"], sun_eci: Float[Array, "3"], sign: Float[Array, ""]
+    sun_body: Float[Array, "3"], axis_body: Float[Array, "3"], sun_eci: Float[Array, "3"], toward_eci: Float[Array, "3"]
 ) -> Float[Array, "4"]:
-    """Attitude between two claims that contradict each other: the Sun where the currents put it, x along the field.
+    """Attitude between two claims that contradict each other: the Sun where the currents put it, an axis on the field.
 
-    Both count alike, as in the published overdetermined system. `sign` is +1 for x along the field, -1 against it.
+    Both count alike, as in the published overdetermined system. `toward_eci` is the field, or its opposite.
     """
-    body = jnp.stack([sun_body, jnp.array([1.0, 0.0, 0.0], dtype=sun_body.dtype)])
-    return two_vector_attitude(body, jnp.stack([sun_eci, sign * unit(b_field_eci)]), jnp.ones(2, sun_body.dtype))
+    body = jnp.stack([sun_body, axis_body])
+    return two_vector_attitude(body, jnp.stack([sun_eci, unit(toward_eci)]), jnp.ones(2, sun_body.dtype))
 
 
 def fit_five_parameters(

@@ -16,7 +16,7 @@ from jaxsat.sensors import Albedo
 
 Method = Literal["field-roll", "five-parameter", "sun-field"]
 DIRECTIONS = {"along": (1.0,), "against": (-1.0,), "both": (1.0, -1.0)}
-"""Signs of body x on the field's line by name."""
+"""Signs of the magnet's axis on the field's line by name."""
 SUN_SIGMA_DEG, FIELD_SIGMA_UT = 10.0, 0.5
 """Errors of a Sun seen by six panels in the light of the Earth, and of a magnetometer, where not given."""
 
@@ -28,8 +28,15 @@ def local_samples(
     noise_mA: float,
     arc_s: tuple[float, float] | None = None,
     earth: Literal["mirror", "diffuse"] = "mirror",
+    axis_body: tuple[float, float, float] | None = None,
 ) -> LocalSamples:
-    """Samples of the arc with the light and the field on them; raises `InputError`."""
+    """Samples of the arc with the light and the field on them; raises `InputError`.
+
+    `axis_body` is what a magnet holds along the field, by default the satellite's dipole, or x where it has none.
+    """
+    axis = np.array(satellite.spacecraft.magnet() if axis_body is None else axis_body, float)
+    if not axis.any():
+        axis = np.array([1.0, 0.0, 0.0])
     inside, session = prepared.within(arc_s), prepared.session
     t = session.t_s[inside]
     sky = sky_at(prepared.around, t, prepared.sun_eci(t), {})
@@ -43,6 +50,7 @@ def local_samples(
         assembled_panels(satellite),
         mirror_earth() if mirror else Albedo(jnp.asarray(0.0), jnp.asarray(1.0)),
         1e-3 * noise_mA,
+        axis / np.linalg.norm(axis),
     )
 
 
@@ -57,7 +65,9 @@ def solve(
     sun_sigma_deg: float = SUN_SIGMA_DEG,
     field_sigma_uT: float = FIELD_SIGMA_UT,
 ) -> LocalSolutions:
-    """Attitudes of the samples by one of the methods; `x` is the direction of body x on the field's line."""
+    """Attitudes of the samples by one of the methods; `x` is the direction of the magnet's axis on the field's
+    line, for sun-field that of body x.
+    """
     given = {} if x is None else {"directions": DIRECTIONS[x]}
     if method == "five-parameter":
         return solve_five_parameters(samples, max_albedo=albedo_max, direct_sigma=direct_sigma, **given)

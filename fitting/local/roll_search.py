@@ -1,7 +1,8 @@
-"""Local method of `OrbfiGraf` (Penkov et al. 2009, sec. 3.2): attitude of single samples with x along the field.
+"""Local method of `OrbfiGraf` (Penkov et al. 2009, sec. 3.2): attitude of single samples with a magnet along the field.
 
-The satellite's x axis is assumed to lie along the magnetic field, in one of the two directions. For each roll about it
-the currents are explained by a direct and an albedo part, the albedo bounded; the roll that explains them best wins.
+The magnet's axis, body x there, is assumed to lie along the magnetic field, in one of the two directions. For each roll
+about it the currents are explained by a direct and an albedo part, the albedo bounded; the roll that explains them best
+wins.
 """
 
 import equinox as eqx
@@ -10,10 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from fitting.local.shares import LocalFit, bounded_factors, explained, mirror_earth
-from fitting.local.turn import panel_sinusoids
+from fitting.local.shares import LocalFit, bounded_factors, patterns
+from fitting.local.turn import attitude_after, initial_attitude, panel_sinusoids
 from jaxsat.environment import LightTable
-from jaxsat.math import cross, quaternion, unit
+from jaxsat.math import quaternion, unit
 from jaxsat.sensors.solar_panels import Albedo
 from jaxsat.spacecraft import SolarPanels
 
@@ -21,10 +22,8 @@ COARSE_ROLLS = 72
 """Rolls of the first turn: steps of 5 deg are well below the 90 deg between two panels."""
 LEVELS, POINTS = 6, 9
 """Each finer scan covers one step of the last to both sides with `POINTS` rolls: 6 of them end at 0.001 deg."""
-
-
 BOTH = (1.0, -1.0)
-"""Body x along the field and against it."""
+"""The magnet's axis along the field and against it."""
 
 
 class RollMinima(eqx.Module):
@@ -32,52 +31,9 @@ class RollMinima(eqx.Module):
 
     fit: LocalFit
     along: Float[Array, "*found"]
-    """+1 with body x along the field, -1 against it."""
-    information: Float[Array, "*found"]
-    """Square of the residuals' slope by the roll, the factors following [A^2/rad^2]: sigma is noise over its root."""
-
-
-def field_aligned(b_field_eci: Float[Array, "3"], roll: Float[Array, ""], sign: Float[Array, ""]) -> Float[Array, "4"]:
-    """Attitude with body x along `sign` times the field and turned by `roll` about it."""
-    x = sign * unit(b_field_eci)
-    # The reference for the roll is the inertial axis least along the field, so it is never parallel to it.
-    y = unit(cross(jnp.eye(3, dtype=x.dtype)[jnp.argmin(jnp.abs(x))], x))
-    z = cross(x, y)
-    base = quaternion.from_dcm(jnp.stack([x, y, z], axis=1))
-    return quaternion.multiply(base, _about_x(roll))
-
-
-def _about_x(roll):
-    half = 0.5 * roll
-    return jnp.stack([jnp.cos(half), jnp.sin(half), jnp.zeros_like(half), jnp.zeros_like(half)])
-
-
-def search_roll(
-    measured: Float[Array, "6"],
-    b_field_eci: Float[Array, "3"],
-    panels: SolarPanels,
-    light: LightTable,
-    max_albedo: Float[Array, ""],
-    *,
-    rolls: int = 90,
-    keep: int = 4,
-) -> LocalFit:
-    """The `keep` best of `rolls` evenly spaced rolls in both directions of x, each with its bounded albedo.
-
-    A start for a fit needs no finer roll than 4 deg.
-    """
-    earth = mirror_earth()
-    angles = 2.0 * jnp.pi * jnp.arange(rolls, dtype=measured.dtype) / rolls
-
-    def at(roll, sign):
-        return explained(field_aligned(b_field_eci, roll, sign), measured, panels, earth, light, max_albedo)
-
-    one_way = jax.vmap(at, in_axes=(0, None))
-    found = jax.tree.map(
-        lambda a, b: jnp.concatenate([a, b]), one_way(angles, jnp.asarray(1.0)), one_way(angles, jnp.asarray(-1.0))
-    )
-    best = jnp.argsort(found.rms)[:keep]
-    return jax.tree.map(lambda leaf: leaf[best], found)
+    """+1 with the axis along the field, -1 against it."""
+    slopes: Float[Array, "*found 6 3"]
+    """Derivative of the residuals by a small rotation about the body axes, the factors following [A/rad]."""
 
 
 def roll_minima(
@@ -87,21 +43,22 @@ def roll_minima(
     earth: Albedo,
     light: LightTable,
     max_albedo: Float[Array, ""],
+    axis_body: Float[Array, "3"],
     *,
     directions: tuple[float, ...] = BOTH,
     keep: int = 4,
 ) -> RollMinima:
-    """The `keep` best minima over the roll, in the given directions of x, by scans that grow finer around each.
+    """The `keep` best minima over the roll, in the given directions of the axis, by scans that grow finer around each.
 
-    `earth` is the pattern of the albedo, `max_albedo` its largest factor over that of the direct light (`albedomax`).
+    `axis_body` need not be a unit vector. `earth` is the pattern of the albedo, `max_albedo` its largest factor over
+    that of the direct light (`albedomax`).
     """
     signs = jnp.array(directions, dtype=measured.dtype)
     step = 2.0 * np.pi / COARSE_ROLLS
-    x_body = jnp.array([1.0, 0.0, 0.0], dtype=measured.dtype)
+    axis, along = unit(axis_body), unit(b_field_eci)
 
     def over_roll(sign):
-        base = field_aligned(b_field_eci, jnp.zeros_like(sign), sign)
-        return panel_sinusoids(base, x_body, panels, earth, light)
+        return panel_sinusoids(initial_attitude(sign * along, axis), axis, panels, earth, light)
 
     turns = [over_roll(sign) for sign in signs]
     coarse = step * jnp.arange(COARSE_ROLLS, dtype=measured.dtype)
@@ -128,20 +85,33 @@ def roll_minima(
             c, s = nearby_c[best], nearby_s[best]
         roll = jnp.arctan2(s, c)
 
-        def residual(roll):
-            direct, albedo = turn.patterns(roll)
+        toward = signs[way] * along
+        attitude = attitude_after(initial_attitude(toward, axis), toward, roll)
+
+        def residual(small):
+            turned = quaternion.multiply(attitude, quaternion.from_rotation_vector(small))
+            direct, albedo = patterns(turned, panels, earth, light)
             a, b = bounded_factors(direct, albedo, measured, max_albedo)
             return a * direct + b * albedo - measured, (a, b)
 
-        left, slope, (direct, albedo) = jax.jvp(residual, (roll,), (jnp.ones_like(roll),), has_aux=True)
-        attitude = field_aligned(b_field_eci, roll, signs[way])
-        return LocalFit(attitude, jnp.sqrt(jnp.mean(left**2)), direct, albedo), slope @ slope
+        (left, (direct, albedo)), slopes = _with_slopes(residual, jnp.zeros(3, roll.dtype))
+        return LocalFit(attitude, jnp.sqrt(jnp.mean(left**2)), direct, albedo), slopes
 
-    fit, information = jax.vmap(refined)(coarse[best % COARSE_ROLLS], ways)
+    fit, slopes = jax.vmap(refined)(coarse[best % COARSE_ROLLS], ways)
     rms = jnp.where(real, fit.rms, jnp.inf)
     order = jnp.argsort(rms)
     fit = eqx.tree_at(lambda f: f.rms, fit, rms)
-    return jax.tree.map(lambda leaf: leaf[order], RollMinima(fit, signs[ways], information))
+    return jax.tree.map(lambda leaf: leaf[order], RollMinima(fit, signs[ways], slopes))
+
+
+def _with_slopes(function, at):
+    """Its value, with what comes beside it, and its derivative [value 3]."""
+
+    def column(way):
+        value, slope, beside = jax.jvp(function, (at,), (way,), has_aux=True)
+        return (value, beside), slope
+
+    return jax.vmap(column, out_axes=(None, 1))(jnp.eye(3, dtype=at.dtype))
 
 
 def _smallest(values, count):

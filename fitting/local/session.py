@@ -4,7 +4,7 @@ import dataclasses
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import equinox as eqx
@@ -13,9 +13,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.local.five_parameter import MIN_CURRENT_MA, MIN_PANELS, compromise_start, fit_five_parameters
+from fitting.local.off_axis import ROLL_AND_FACTORS, axis_off, roll_sigma
 from fitting.local.roll_search import BOTH, roll_minima
 from fitting.local.shares import explained
-from fitting.local.solutions import AMBIGUOUS, LocalSolutions, ranked
+from fitting.local.solutions import AMBIGUOUS, DOES_NOT_FIT, LocalSolutions, ranked
 from fitting.local.sun_and_field import SOLVED, TWO_SIGNS, sun_and_field_attitude
 from fitting.local.sun_and_field import STATUSES as SUN_FIELD_STATUSES
 from fitting.local.sun_body import SIDES, possible_sides, sun_on_sides
@@ -28,6 +29,8 @@ ALONG = (1.0,)
 DARK = "no panel shows light"
 OTHER_WAY = "body x the other way on the field's line: the Sun does not agree with the direction that was given"
 FEW_PANELS = f"fewer than {MIN_PANELS} panels show {MIN_CURRENT_MA:g} mA"
+NOT_ALONG = "most samples deny that the magnet is along the field"
+NOT_AS_FAR_APART, APART_SIGMAS = "Sun and field are not as far apart as they must be", 4.0
 MORE_ROUNDS, ARRIVED, HOPELESS = 4, 1e-5, 5.0
 """Further rounds of the search, for starts that have more than `ARRIVED` [rad] to go and leave less than `HOPELESS`
 times what the best one of the sample does, or the noise."""
@@ -51,31 +54,52 @@ class LocalSamples:
     """Pattern of the albedo."""
     noise: float
     """1-sigma of a current [A]."""
+    axis_body: np.ndarray = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
+    """[3] unit vector of the body that a magnet holds along the field."""
 
 
 def solve_field_roll(
     samples: LocalSamples, *, max_albedo: float = 1.0, directions: tuple[float, ...] = BOTH
 ) -> LocalSolutions:
-    """Attitude of each sample with x along the field, +1, or against it, -1 (`OrbfiGraf`); see `roll_minima`."""
+    """Attitude of each sample with the axis along the field, +1, or against it, -1 (`OrbfiGraf`); see `roll_minima`.
+
+    How far the axis is off the field is told by the residuals of all samples, and is part of each sigma.
+    """
     minima = _in_chunks(
         _rolls,
         (samples.currents, samples.b_field_eci, samples.light),
-        (samples.panels, samples.earth, jnp.asarray(max_albedo), directions),
+        (samples.panels, samples.earth, jnp.asarray(max_albedo), jnp.asarray(samples.axis_body), directions),
     )
     dark = np.max(samples.currents, axis=1, initial=0.0) < 1e-3 * MIN_CURRENT_MA
     rms = np.where(dark[:, None], np.inf, minima.fit.rms)
+    panels = samples.currents.shape[1]
+    freedom = panels - ROLL_AND_FACTORS
+    off = axis_off(minima.slopes[~dark, 0], panels * rms[~dark, 0] ** 2, samples.axis_body, samples.noise)
     strongest = np.max(samples.currents**2, axis=1)[:, None]
-    seen = minima.information > _UNSEEN * strongest
-    sigma = np.where(seen, samples.noise / np.sqrt(np.where(seen, minima.information, 1.0)), np.inf)
-    return ranked(
+    seen = np.sum((minima.slopes @ samples.axis_body) ** 2, axis=-1) > _UNSEEN * strongest
+    result = ranked(
         minima.fit.quaternion,
         rms,
         (minima.fit.direct, minima.fit.albedo),
-        sigma,
+        roll_sigma(minima.slopes, samples.axis_body, samples.noise, off, seen),
         b_field_eci=samples.b_field_eci,
+        axis_body=samples.axis_body,
         noise=samples.noise,
+        scatter=float(np.sqrt(panels * np.mean(rms[~dark, 0] ** 2) / freedom)) if not dark.all() else 0.0,
+        freedom=freedom,
         unsolved=dict.fromkeys(np.flatnonzero(dark).tolist(), DARK),
+        field_first=False,
     )
+    result = dataclasses.replace(result, axis_off=off)
+    if result.fits or not result.count.any():
+        return result
+    # Three currents are left over in a sample: where the axis is off, some will agree by chance.
+    verdicts = [
+        (DOES_NOT_FIT, NOT_ALONG) if some and status != DOES_NOT_FIT else (status, reason)
+        for some, status, reason in zip(result.count, result.status, result.reason, strict=True)
+    ]
+    status, reason = (tuple(each) for each in zip(*verdicts, strict=True))
+    return dataclasses.replace(result, status=status, reason=reason)
 
 
 def solve_five_parameters(
@@ -87,10 +111,10 @@ def solve_five_parameters(
 ) -> LocalSolutions:
     """Attitude and two factors of each sample with enough panels lit (`OptLoc`); see `fit_five_parameters`.
 
-    Every assignment of the pairs that both show light is tried, with x at the start in the given `directions`, +1 along
-    the field as published; solutions in which the Sun lights a panel that was said to show the Earth's light only are
-    dropped. `direct_sigma` is the relative 1-sigma of the panels' largest current where it is known: the factor of the
-    direct light is then near 1.
+    Every assignment of the pairs that both show light is tried, with the magnet's axis at the start in the given
+    `directions`, +1 along the field as published; solutions in which the Sun lights a panel that was said to show the
+    Earth's light only are dropped. `direct_sigma` is the relative 1-sigma of the panels' largest current where it is
+    known: the factor of the direct light is then near 1.
     """
     enough = np.sum(samples.currents >= 1e-3 * MIN_CURRENT_MA, axis=1) >= MIN_PANELS
     allowed = possible_sides(samples.currents, 1e-3 * MIN_CURRENT_MA) & enough[:, None]
@@ -102,7 +126,9 @@ def solve_five_parameters(
     limit = None if max_albedo is None else jnp.asarray(max_albedo)
     weight = None if direct_sigma is None else jnp.asarray(samples.noise / direct_sigma)
     measured, positive = samples.currents[number], SIDES[side]
-    starts = _in_chunks(_starts, (measured, samples.b_field_eci[number], light.sun_eci, positive, sign), ())
+    starts = _in_chunks(
+        _starts, (measured, samples.b_field_eci[number], light.sun_eci, positive, sign), (samples.axis_body,)
+    )
     fixed = (samples.panels, samples.earth, limit, weight)
     found, consistent = _in_chunks(_fits, (starts, measured, light, positive), fixed)
     for _ in range(MORE_ROUNDS):
@@ -129,14 +155,19 @@ def solve_five_parameters(
 
     least = np.linalg.eigvalsh(found.information) if len(number) else np.zeros((0, 3))
     seen = least[:, 0] > _UNSEEN * least[:, 2]
-    sigma = np.where(seen, samples.noise / np.sqrt(np.where(seen, least[:, 0], 1.0)), np.inf)
+    # Six currents less five unknowns leave one that tells of the model; with the largest current known it is two.
+    freedom = 1 if direct_sigma is None else 2
+    scatter = np.maximum(samples.noise, found.fit.rms * np.sqrt(samples.currents.shape[1] / freedom))
+    sigma = np.where(seen, np.minimum(scatter / np.sqrt(np.where(seen, least[:, 0], 1.0)), np.pi), np.inf)
     return ranked(
         spread(found.fit.quaternion, 0.5),
         spread(np.where(consistent, found.fit.rms, np.inf), np.inf),
         (spread(found.fit.direct, np.nan), spread(found.fit.albedo, np.nan)),
         spread(sigma, np.nan),
         b_field_eci=samples.b_field_eci,
+        axis_body=samples.axis_body,
         noise=samples.noise,
+        freedom=freedom,
         unsolved=dict.fromkeys(np.flatnonzero(~enough).tolist(), FEW_PANELS),
     )
 
@@ -177,13 +208,21 @@ def solve_sun_field(
         (fit.direct, fit.albedo),
         sigma,
         b_field_eci=samples.b_field_eci,
+        axis_body=samples.axis_body,
         noise=samples.noise,
+        freedom=None,
         unsolved=reasons,
         field_first=False,
     )
+    least = np.min(np.where(known & np.isfinite(rms), np.abs(found.mismatch), np.inf), axis=1)
+    modulus = np.linalg.norm(samples.b_field_eci, axis=1)
+    denied = (least > APART_SIGMAS * np.hypot(sun_sigma, field_sigma / modulus)) & (result.count > 0)
     two = (found.status == TWO_SIGNS) & (result.count > 1)
-    status = tuple(AMBIGUOUS if k else s for k, s in zip(two, result.status, strict=True))
-    reason = tuple(SUN_FIELD_STATUSES[TWO_SIGNS] if k else r for k, r in zip(two, result.reason, strict=True))
+    verdicts = [
+        (DOES_NOT_FIT, NOT_AS_FAR_APART) if no else (AMBIGUOUS, SUN_FIELD_STATUSES[TWO_SIGNS]) if both else as_ranked
+        for no, both, *as_ranked in zip(denied, two, result.status, result.reason, strict=True)
+    ]
+    status, reason = (tuple(each) for each in zip(*verdicts, strict=True)) if verdicts else ((), ())
     return dataclasses.replace(result, status=status, reason=reason)
 
 
@@ -205,19 +244,22 @@ def _directions(arrays, fixed):
 
 @eqx.filter_jit
 def _rolls(arrays, fixed):
-    panels, earth, max_albedo, directions = fixed
+    panels, earth, max_albedo, axis_body, directions = fixed
 
     def one(measured, field, light):
-        return roll_minima(measured, field, panels, earth, light, max_albedo, directions=directions)
+        return roll_minima(measured, field, panels, earth, light, max_albedo, axis_body, directions=directions)
 
     return jax.vmap(one)(*arrays)
 
 
 @eqx.filter_jit
-def _starts(arrays, _):
-    return jax.vmap(
-        lambda m, field, sun_eci, positive, sign: compromise_start(sun_on_sides(m, positive), field, sun_eci, sign)
-    )(*arrays)
+def _starts(arrays, fixed):
+    (axis_body,) = fixed
+
+    def one(measured, field, sun_eci, positive, sign):
+        return compromise_start(sun_on_sides(measured, positive), axis_body, sun_eci, sign * field)
+
+    return jax.vmap(one)(*arrays)
 
 
 @eqx.filter_jit

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 from fitting.local.shares import Limit, LocalFit, explained, factors_from_products, patterns
 from jaxsat.environment import LightTable
 from jaxsat.estimation.vectors import triad
-from jaxsat.math import cross, quaternion, unit
+from jaxsat.math import cross, quaternion, safe_norm, unit
 from jaxsat.sensors.solar_panels import Albedo
 from jaxsat.spacecraft import SolarPanels
 
@@ -92,13 +92,19 @@ def initial_attitude(axis_eci: Float[Array, "3"], axis_body: Float[Array, "3"]) 
 
     With body x along the axis, body y is parallel to the plane OXY, or, where the axis is within 45.6 deg of Z, to OYZ
     (Penkov et al. 2009, sec. 3.3: |Z| <= 0.7, their rule for `orsaij0` with the modulus added, as it fails at -Z too).
-    Another body vector keeps that direction for y, or for z if it is y, as nearly as it can. Neither need be a unit.
+    So it is with another body vector where y can be in that plane, else y is as near to it as it can; z takes the place
+    of y where that is nearly the body vector. Neither vector need be a unit.
     """
     toward, own = unit(axis_eci), unit(axis_body)
     eye = jnp.eye(3, dtype=toward.dtype)
-    across = cross(jnp.where(jnp.abs(toward[2]) <= 0.7, eye[2], eye[0]), toward)
+    normal = jnp.where(jnp.abs(toward[2]) <= 0.7, eye[2], eye[0])
     second = jnp.where(jnp.abs(own[1]) <= 0.9, eye[1], eye[2])
-    return triad(own, second, toward, across)
+    # Directions of the plane, near the axis and across it: the second vector is as far from the axis as in the body.
+    near, across = toward - (normal @ toward) * normal, unit(cross(normal, toward))
+    share = (own @ second) / safe_norm(near)
+    left = 1.0 - share**2
+    aside = jnp.where(left > 0.0, jnp.sqrt(jnp.where(left > 0.0, left, 1.0)), 0.0)
+    return triad(own, second, toward, share * unit(near) + aside * across)
 
 
 class TurnedSample(eqx.Module):

@@ -12,7 +12,7 @@ from fitting.measurements.contradicted import BRIGHT, contradicted
 from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.given import motion_at
 from fitting.measurements.groups import Group, Groups, over_columns
-from fitting.measurements.sensed import SensedProblem
+from fitting.measurements.problem import Problem
 from fitting.measurements.sky import Around, Sky, nodes_at, sky_at
 from jaxsat.environment import Commands
 from jaxsat.errors import InputError
@@ -60,10 +60,9 @@ class Samples:
             values[name] = rows
         return Samples(t, values, channels, epoch, columns, given)
 
-    def since(self, first: int) -> "Samples":
-        """The samples from number `first` on."""
-        values = {name: rows[first:] for name, rows in self.values.items()}
-        return Samples(self.t[first:], values, self.channels, self.epoch, self.columns, self.given)
+    def part(self, which: slice) -> "Samples":
+        """Samples that follow each other, by their numbers."""
+        return replace(self, t=self.t[which], values={name: rows[which] for name, rows in self.values.items()})
 
 
 def channels_within(session: TableSession, arc_s: tuple[float, float] | None) -> dict[str, Channel]:
@@ -95,7 +94,7 @@ def groups_of(model: Model, samples: Samples) -> Groups:
     return tuple(found)
 
 
-def build_sensed(
+def build_problem(
     samples: Samples,
     model: Model,
     around: Around,
@@ -105,7 +104,7 @@ def build_sensed(
     room_for: float,
     whole: Samples | None = None,
     sky: Sky | None = None,
-) -> SensedProblem:
+) -> Problem:
     """Tables and padded measurements for steps of at most `max_step` [s].
 
     Where the samples are a part of a `whole` session, they get its shape for steps of `room_for` [s]. `sky` is that of
@@ -131,7 +130,7 @@ def build_sensed(
     measured = {name: np.pad(np.nan_to_num(rows), ((0, extra), (0, 0))) for name, rows in samples.values.items()}
     known = np.pad(np.hstack([_known(samples.values[group.name], group) for group in groups]), ((0, extra), (0, 0)))
     sigma = np.concatenate([np.full(group.width, samples.channels[group.name].sigma) for group in groups])
-    return SensedProblem(
+    return Problem(
         grid=grid,
         orbit=orbit,
         sky=around_samples,
@@ -204,7 +203,7 @@ def _bright(samples: Samples, model: Model, groups: Groups) -> np.ndarray:
     return np.stack(found, axis=1)
 
 
-def usable(problem: SensedProblem, samples: Samples) -> np.ndarray:
+def usable(problem: Problem, samples: Samples) -> np.ndarray:
     """[samples channels] 1 where a measurement counts: 0 of sensors of light where the shadow contradicts them.
 
     In the penumbra a second decides what they read, and that says nothing about the attitude.

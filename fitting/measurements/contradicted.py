@@ -3,7 +3,7 @@
 import numpy as np
 
 from fitting.measurements.groups import columns_of
-from fitting.measurements.sensed import SensedProblem
+from fitting.measurements.problem import Problem
 from jaxsat.sensors import Panels
 from jaxsat.sensors.sunlight.sun_of_cells import fibonacci_sphere
 
@@ -13,7 +13,7 @@ PLACES = 2000
 """Directions of the Sun, four degrees apart, that are tried for one in which panels see next to nothing."""
 
 
-def contradicted(problem: SensedProblem) -> np.ndarray:
+def contradicted(problem: Problem) -> np.ndarray:
     """[samples groups] whether readings and the computed shadow exclude each other.
 
     A sensor of light that sees some in the dark; panels that see none in sunlight, where they look to all sides.

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fitting.measurements.sensed import SensedProblem
+from fitting.measurements.problem import Problem
 from jaxsat.errors import InputError
 from jaxsat.satellites.model import Model
 from jaxsat.sensors import Panels
@@ -47,7 +47,7 @@ def check_light(channels: Mapping[str, Channel], model: Model, path: Path) -> No
         raise InputError(reason, file=path, field=FIELD)
 
 
-def check_sunlit(problem: SensedProblem, witness: Mapping[str, bool], fewest: int) -> None:
+def check_sunlit(problem: Problem, witness: Mapping[str, bool], fewest: int) -> None:
     """Raises `InputError` where all that is fitted sees light alone, and too few samples do so outside the shadow."""
     light, sensors = problem.sky.light, problem.model.sensors
     fitted = np.array([not witness[group.name] for group in problem.groups])

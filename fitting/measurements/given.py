@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation, RotationSpline
 
-from fitting.measurements.sensed import Motion
+from fitting.measurements.problem import Motion
 
 LONGEST_GAP = 2.5
 """Between two quaternions that are more usual intervals apart than this nobody knows how the satellite turned."""

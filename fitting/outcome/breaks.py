@@ -7,7 +7,7 @@ wrong, and the residuals say when. Least squares of bias and turn behind every c
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fitting.outcome.sensed_result import Break
+from fitting.outcome.result import Break
 
 FEWEST = 12
 """Samples on either side of a break."""

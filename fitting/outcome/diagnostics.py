@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.special import chdtrc, ndtr
 
-from fitting.outcome.sensed_result import ChannelFit, SensedResult
+from fitting.outcome.result import ChannelFit, FitResult
 from fitting.outcome.series import PanelResiduals
 
 TAILS = (2.0, 3.0, 4.0)
@@ -58,7 +58,7 @@ class Diagnostics:
         return asdict(self)
 
 
-def diagnose(result: SensedResult) -> Diagnostics:
+def diagnose(result: FitResult) -> Diagnostics:
     """Diagnostics of all residuals that were fitted."""
     channels = {name: of_channel(c) for name, c in result.channels.items() if c.residuals and not c.witness}
     known = result.dof > 0

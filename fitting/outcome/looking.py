@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from fitting.measurements.sensed import SensedProblem
+from fitting.measurements.problem import Problem
 from fitting.outcome.uncertainty import at_bound, attitude_covariance, covariance
 from fitting.parameters.free import FreeLeaves, FreeParameters
 from fitting.parameters.names import STATE
@@ -20,7 +20,7 @@ from jaxsat.satellites.model import POLAR_PLACE, Model, Spot, array_at
 
 
 def _look(
-    problem: SensedProblem,
+    problem: Problem,
     parameters: FreeLeaves,
     x: Float[Array, " unknowns"],
     reference: Float[Array, "4"],
@@ -41,7 +41,7 @@ def _look(
 
 
 def _read(
-    problem: SensedProblem,
+    problem: Problem,
     model: Model,
     q: Float[Array, "samples 4"],
     w: Float[Array, "samples 3"],
@@ -57,7 +57,7 @@ def _read(
     return jax.vmap(one)(q, w, slope, jax.tree.map(jnp.asarray, problem.sky))
 
 
-look, read = Stored(_look), Stored(_read)
+look, read = Stored(_look, seldom=True), Stored(_read, seldom=True)
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class Look:
         )
 
 
-def prepare_look(problem: SensedProblem, parameters: FreeParameters) -> None:
+def prepare_look(problem: Problem, parameters: FreeParameters) -> None:
     """Starts the compilation of what looks at a minimum of such a problem in the background: see `Stored.compile`."""
     x, reference, blocks = np.zeros(len(parameters.everything)), np.zeros(4), np.asarray(0)
     look.compile(problem, parameters.tree, x, reference, blocks)
@@ -119,14 +119,14 @@ def _on_host(model: Model, spots: Sequence[Spot], values: np.ndarray) -> Model:
     return eqx.tree_at(lambda m: [array_at(m, place) for place in arrays], model, moved)
 
 
-def direct_readings(problem: SensedProblem, seen: Look, names: Iterable[str]) -> dict[str, np.ndarray]:
+def direct_readings(problem: Problem, seen: Look, names: Iterable[str]) -> dict[str, np.ndarray]:
     """[samples readings] of some sensors under an Earth that returns no light, SI: by the program that is there."""
     dark = replace(seen.model, albedo=jax.tree.map(lambda leaf: jnp.asarray(np.zeros_like(leaf)), seen.model.albedo))
     found = read(problem, dark, seen.quaternion, seen.angular_velocity)
     return {name: np.asarray(found[name]) for name in names}
 
 
-def look_at(problem: SensedProblem, parameters: FreeParameters, best: Point) -> Look:
+def look_at(problem: Problem, parameters: FreeParameters, best: Point) -> Look:
     """The minimum `best` (leaves without a starts axis) on its own problem."""
     last = int(np.flatnonzero(problem.valid)[-1])
     blocks = np.asarray(-(-int(np.asarray(problem.grid.sample_index)[last]) // BLOCK))

@@ -15,12 +15,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Key
 
+from fitting.fitted import Fit
 from fitting.measurements.abstract import RATE_UNIT, AbstractProblem
 from fitting.outcome.uncertainty import covariance
 from fitting.parameters.free import FreeLeaves, FreeParameters
 from fitting.parameters.names import STATE
 from fitting.parameters.quoted import quoted_names, quoted_units
-from fitting.sensed_run import SensedFit
 from fitting.solvers.least_squares import Settings, normal_equations, priors
 from fitting.solvers.refine import LIKELIHOODS, PLAIN, Refined
 from fitting.starts.multi_start import NONE
@@ -118,9 +118,7 @@ class Target(eqx.Module):
         return jnp.concatenate([x[:3], x[3:6] * RATE_UNIT, self.parameters.values(x[len(STATE) :])])
 
 
-def sample_posterior(
-    found: SensedFit, *, draws: int = 500, warmup: int = 300, chains: int = 4, seed: int = 0
-) -> Posterior:
+def sample_posterior(found: Fit, *, draws: int = 500, warmup: int = 300, chains: int = 4, seed: int = 0) -> Posterior:
     """Draws about the best minimum of a fit, under its stated noise, its priors and the samples that it kept.
 
     Samples that it left out stay out, so the draws tell nothing of that choice. The prior of the attitude is even in

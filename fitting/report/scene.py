@@ -20,7 +20,7 @@ from jaxsat.frames import dcm_eci_from_ecef
 from jaxsat.math.attitude_between import attitude_between
 
 if TYPE_CHECKING:
-    from fitting.outcome.sensed_result import SensedResult
+    from fitting.outcome.result import FitResult
 
 SCHEMA = "jaxsat.scene/1"
 LARGEST_TURN = np.radians(6.0)
@@ -73,7 +73,7 @@ def _survey(orbit, revolution, field, greenwich, rate, radius, times, sun):
     return position, velocity, b_field, jax.vmap(line)(lines), *round_it, there
 
 
-survey = Stored(_survey)
+survey = Stored(_survey, seldom=True)
 
 
 def sky_over(
@@ -124,7 +124,7 @@ def dark_spans(t_s: np.ndarray, lit: np.ndarray) -> list[tuple[float, float]]:
     return [(float(t_s[a]), float(t_s[min(b, last)])) for a, b in zip(change[::2], change[1::2], strict=True)]
 
 
-def scene_document(result: "SensedResult", sky: Sky) -> dict[str, Any] | None:
+def scene_document(result: "FitResult", sky: Sky) -> dict[str, Any] | None:
     """Returns the content of scene.json, rounded to what a picture shows; units are those of the names.
 
     None where there is no motion: fewer than two samples have a finite attitude.

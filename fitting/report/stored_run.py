@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from fitting.outcome.sensed_result import SensedResult
+from fitting.outcome.result import FitResult
 from fitting.profile.profile import Profile
-from fitting.report.sensed.document import SCHEMA
-from fitting.report.sensed.owned import owned_files
-from fitting.report.sensed.page import sensed_page
-from fitting.report.sensed.profiles import stored_profile
-from fitting.report.sensed.stored import stored_result
+from fitting.report.fit.document import SCHEMA
+from fitting.report.fit.owned import owned_files
+from fitting.report.fit.page import fit_page
+from fitting.report.fit.profiles import stored_profile
+from fitting.report.fit.stored import stored_result
 from jaxsat.errors import InputError
 from jaxsat.files.text_file import read_small_file
 
@@ -35,7 +35,7 @@ SHOWN = (
 class Run:
     """A fit as its directory holds it."""
 
-    result: SensedResult
+    result: FitResult
     profiles: tuple[Profile, ...]
     provenance: dict[str, Any]
     scene: dict[str, Any] | None
@@ -46,7 +46,7 @@ class Run:
     def page(self) -> str:
         """The report's HTML."""
         about = {"provenance": self.provenance, "scene": self.scene, "profiles": self.profiles}
-        return sensed_page(self.result, self.pictures, **about)
+        return fit_page(self.result, self.pictures, **about)
 
 
 def read_run(directory: Path) -> Run:

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.measurements.groups import columns_of
-from fitting.measurements.sensed import SensedProblem
+from fitting.measurements.problem import Problem
 from fitting.parameters.free import FreeParameters
 from fitting.parameters.names import STATE
 from fitting.parameters.tree import FreeLeaves
@@ -55,7 +55,7 @@ def panels_of(model: Model) -> str:
 
 
 def _panel_light(
-    problem: SensedProblem,
+    problem: Problem,
     name: str,
     parameters: FreeLeaves,
     x: Float[Array, " unknowns"],
@@ -141,7 +141,7 @@ class _Currents:
     """Of a current [A]."""
 
     @staticmethod
-    def of(problem: SensedProblem) -> "_Currents":
+    def of(problem: Problem) -> "_Currents":
         name = panels_of(problem.model)
         sensor, light, columns = problem.model.sensors[name], problem.sky.light, columns_of(problem.groups)
         own = next(each for group, each in zip(problem.groups, columns, strict=True) if group.name == name)
@@ -158,7 +158,7 @@ class _Currents:
 
 
 def refine_adaptively(
-    problem: SensedProblem,
+    problem: Problem,
     parameters: FreeParameters,
     survivors: Starts,
     weight: np.ndarray,

@@ -16,13 +16,20 @@ EVALUATIONS = {"levenberg_marquardt": 1, "lbfgs": 20, "adam": 150}
 """The solvers, and how many evaluations each is given where Levenberg-Marquardt has one: more than it needs."""
 
 
-def _named(solver: str) -> Callable[..., Point]:
-    if solver == "levenberg_marquardt":
-        return levenberg_marquardt
+def _one_by_one(solver: str) -> Callable[..., Point]:
     # optax takes half a second to import and is asked for by few.
     from fitting.solvers.descent import adam, lbfgs
 
-    return {"lbfgs": lbfgs, "adam": adam}[solver]
+    solve = {"lbfgs": lbfgs, "adam": adam}[solver]
+
+    def all_of(problem, parameters, settings, bounds, x, reference, weight):
+        def one(active, x, reference, weight):
+            own = eqx.tree_at(lambda s: s.active, settings, active)
+            return solve(problem, parameters, own, bounds, x, reference, weight)
+
+        return jax.vmap(one)(jnp.asarray(settings.active), x, reference, weight)
+
+    return all_of
 
 
 def _solve_chunk(
@@ -39,13 +46,8 @@ def _solve_chunk(
 
     `settings.active` has them too: what moves may differ from start to start.
     """
-    solve = _named(solver)
-
-    def one(active, x, reference, weight):
-        own = eqx.tree_at(lambda s: s.active, settings, active)
-        return solve(problem, parameters, own, bounds, x, reference, weight)
-
-    return jax.vmap(one)(jnp.asarray(settings.active), x, reference, weight)
+    solve = levenberg_marquardt if solver == "levenberg_marquardt" else _one_by_one(solver)
+    return solve(problem, parameters, settings, bounds, x, reference, weight)
 
 
 solve_chunk = Stored(_solve_chunk)

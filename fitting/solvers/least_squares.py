@@ -227,30 +227,42 @@ def levenberg_marquardt(
     parameters: Any,
     settings: Settings,
     bounds: tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]],
-    x: Float[Array, " unknowns"],
-    reference: Float[Array, "4"],
-    weight: Float[Array, "samples channels"],
+    x: Float[Array, "starts unknowns"],
+    reference: Float[Array, "starts 4"],
+    weight: Float[Array, "starts samples channels"],
 ) -> Point:
-    """Minimum of one start (Marquardt 1963; damping on the scaled diagonal, one evaluation a step)."""
+    """Minima of a few starts (Marquardt 1963; damping on the scaled diagonal, one evaluation a step).
+
+    Every leaf of the result and `settings.active` have the starts in front. The loop stands outside and the starts
+    within it, since JAX traces a loop thrice where it has to be made one of many starts.
+    """
     lower, upper = bounds
-    start = unevaluated(problem, x, reference, weight, FIRST_DAMPING / SHRINK)
 
-    def unfinished(carry):
-        number, point = carry
-        return (number <= settings.iterations) & (point.decrement > FINISHED_DECREMENT)
+    def blank(x, reference, weight):
+        return unevaluated(problem, x, reference, weight, FIRST_DAMPING / SHRINK)
 
-    def iterate(carry):
-        number, point = carry
-        step, decrement = solve_bounded(point, lower, upper, settings)
+    def iterate(active, number, point):
+        own = eqx.tree_at(lambda s: s.active, settings, active)
+        step, decrement = solve_bounded(point, lower, upper, own)
         # Clipped once more: the sum of a point and its step may miss the bound by a rounding.
         x = jnp.clip(point.x + step, lower, upper)
-        trial = evaluate(problem, parameters, settings, x, point.reference, point.weight, point.damping * SHRINK)
+        trial = evaluate(problem, parameters, own, x, point.reference, point.weight, point.damping * SHRINK)
         better = trial.cost < point.cost
         worse = eqx.tree_at(lambda p: p.damping, point, jnp.minimum(point.damping * GROW, 1e8))
-        point = jax.tree.map(lambda a, b: jnp.where(better, a, b), trial, worse)
+        new = jax.tree.map(lambda a, b: jnp.where(better, a, b), trial, worse)
         # The decrement is that of the point just left, so a start ends one evaluation after it has settled.
-        decrement = jnp.where(number == 0, jnp.inf, decrement)
-        return number + 1, eqx.tree_at(lambda p: p.decrement, point, decrement)
+        new = eqx.tree_at(lambda p: p.decrement, new, jnp.where(number == 0, jnp.inf, decrement))
+        return jax.tree.map(lambda a, b: jnp.where(moves(point), a, b), new, point)
 
-    _, point = jax.lax.while_loop(unfinished, iterate, (jnp.zeros((), int), start))
-    return point
+    def moves(point):
+        return point.decrement > FINISHED_DECREMENT
+
+    def unfinished(carry):
+        number, points = carry
+        return (number <= settings.iterations) & jnp.any(moves(points))
+
+    def advance(carry):
+        number, points = carry
+        return number + 1, jax.vmap(iterate, in_axes=(0, None, 0))(jnp.asarray(settings.active), number, points)
+
+    return jax.lax.while_loop(unfinished, advance, (jnp.zeros((), int), jax.vmap(blank)(x, reference, weight)))[1]

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from fitting.measurements.abstract import PAD_STEPS, RATE_UNIT
 from fitting.measurements.assembly import Samples, commands_of
-from fitting.measurements.sensed import initial_state
+from fitting.measurements.problem import initial_state
 from fitting.measurements.sky import Around, nodes_at
 from fitting.parameters.free import FreeLeaves, FreeParameters
 from fitting.parameters.names import STATE

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.measurements.assembly import Samples
-from fitting.measurements.sensed import SensedProblem
+from fitting.measurements.problem import Problem
 from fitting.starts.ladder import finite_turn_rates
 from fitting.starts.mounting import body_directions
 from fitting.starts.sights import sights_of
@@ -51,7 +51,7 @@ def axes_text(axes: np.ndarray) -> list[str]:
     return [LETTERS[2 * int(np.argmax(np.abs(row))) + int(row[np.argmax(np.abs(row))] < 0.0)] for row in axes]
 
 
-def with_axes(problem: SensedProblem, convention: Convention) -> SensedProblem:
+def with_axes(problem: Problem, convention: Convention) -> Problem:
     """The problem whose sensors read so: other numbers, the same programs."""
     model = problem.model
     for name, axes in convention.axes.items():
@@ -59,7 +59,7 @@ def with_axes(problem: SensedProblem, convention: Convention) -> SensedProblem:
     return eqx.tree_at(lambda p: p.model, problem, model)
 
 
-def conventions(problem: SensedProblem, samples: Samples, unknown: Mapping[str, str]) -> list[Convention]:
+def conventions(problem: Problem, samples: Samples, unknown: Mapping[str, str]) -> list[Convention]:
     """Conventions in the order of their mismatch, `MOST` at most; `unknown` maps sensors to unknown or mirrored."""
     if not unknown:
         return [Convention({}, 0.0)]
@@ -75,7 +75,7 @@ def conventions(problem: SensedProblem, samples: Samples, unknown: Mapping[str, 
     return found
 
 
-def _mismatch(problem: SensedProblem, samples: Samples) -> float:
+def _mismatch(problem: Problem, samples: Samples) -> float:
     sights = sights_of(problem, samples)
     squares = []
     for a, b in itertools.combinations(sights.directions, 2):

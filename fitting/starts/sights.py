@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.measurements.assembly import Samples
-from fitting.measurements.sensed import SensedProblem
+from fitting.measurements.problem import Problem
 from jaxsat.estimation import wahba
 
 LONGEST_GAP = 2.5
@@ -57,7 +57,7 @@ class Sights:
         return found, sigma
 
 
-def sights_of(problem: SensedProblem, samples: Samples) -> Sights:
+def sights_of(problem: Problem, samples: Samples) -> Sights:
     """Sights at the samples, by the calibrations of the problem's model; carried between a sensor's readings."""
     n, t = len(samples.t), samples.t
     known = known_directions(problem, n)
@@ -81,7 +81,7 @@ def sights_of(problem: SensedProblem, samples: Samples) -> Sights:
     return Sights(t, tuple(directions), attitude, rate, rate_sigma)
 
 
-def known_directions(problem: SensedProblem, count: int) -> dict[str, np.ndarray]:
+def known_directions(problem: Problem, count: int) -> dict[str, np.ndarray]:
     """[count 3] unit vectors, inertial axes, of the field, the Sun (zero where there is no light) and the nadir."""
     light = problem.sky.light
     found = {

@@ -5,6 +5,7 @@ import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 
 from jaxsat.errors import InputError
@@ -19,6 +20,7 @@ def staged_directory(target: Path, owned: Sequence[str] = ()) -> Iterator[Path]:
     and its parents are as they were: nothing was written there.
     Raises `InputError` where `target` cannot be such a directory, before the block is entered.
     """
+    _umask()
     made = _make_parents(target)
     try:
         stage = _make_stage(target)
@@ -62,12 +64,18 @@ def _make_stage(target: Path) -> Path:
         raise InputError(f"cannot write results here: {error.strerror}", file=target) from None
 
 
-def _publish(stage: Path, target: Path, owned: Sequence[str]) -> None:
-    """Moves the staged files to `target`; on any failure puts back what had been there."""
+@cache
+def _umask() -> int:
+    # It can only be read by changing it, which must not happen while another thread makes a directory.
     mask = os.umask(0)
     os.umask(mask)
+    return mask
+
+
+def _publish(stage: Path, target: Path, owned: Sequence[str]) -> None:
+    """Moves the staged files to `target`; on any failure puts back what had been there."""
     # A directory of mkdtemp is private to the user; results follow the user's mask as any other new directory.
-    stage.chmod(0o777 & ~mask)
+    stage.chmod(0o777 & ~_umask())
     if not target.exists():
         stage.rename(target)
         return

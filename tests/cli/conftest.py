@@ -32,9 +32,9 @@ def put_fake_fit(monkeypatch) -> dict:
             raise changes["error"]
         return Identified((), samples, parameters, len(samples.t), 1.0, {"prepare": 0.0, "compile": 0.0, "solve": 0.0})
 
-    monkeypatch.setattr("fitting.sensed_run.identify", identify)
+    monkeypatch.setattr("fitting.run.identify", identify)
     monkeypatch.setattr(
-        "fitting.sensed_run.summarize_sensed",
+        "fitting.run.summarize",
         lambda found: replace(make_munin_result(), timing_s=found.timing_s, **changes),
     )
 

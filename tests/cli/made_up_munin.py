@@ -5,13 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from fitting.outcome.result import FittedParameter
-from fitting.outcome.sensed_result import FITS, ChannelFit, Holdout, SensedResult
+from fitting.outcome.result import FITS, ChannelFit, FitResult, FittedParameter, Holdout
 from fitting.outcome.series import panel_residuals, slots
-from fitting.report.sensed.files import write_sensed
-from fitting.report.sensed.owned import owned_files
-from fitting.report.sensed.surroundings import Surroundings
-from fitting.sensed_settings import SensedSettings
+from fitting.report.fit.files import write_fit
+from fitting.report.fit.owned import owned_files
+from fitting.report.fit.surroundings import Surroundings
+from fitting.settings import FitSettings
 from fitting.surroundings import surroundings
 from jaxsat.bundled import BUNDLED, told_names
 from jaxsat.files.staging import staged_directory
@@ -35,7 +34,7 @@ def munin_surroundings(samples: int = 71) -> Surroundings:
     return Surroundings.of(64.0 * np.arange(samples), surroundings(satellite, session)[0], session.epoch)
 
 
-def make_munin_result(samples: int = 71, **changes) -> SensedResult:
+def make_munin_result(samples: int = 71, **changes) -> FitResult:
     """The result, with other values of some fields."""
     rng = np.random.default_rng(5)
     t = 64.0 * np.arange(samples)
@@ -71,7 +70,7 @@ def make_munin_result(samples: int = 71, **changes) -> SensedResult:
         "field_angle_deg": 10.0 + np.sin(t / 300.0),
         "field_angle_sigma_deg": np.full(samples, 0.3),
     }
-    return SensedResult(**{**fields, **changes})
+    return FitResult(**{**fields, **changes})
 
 
 def _cells(t: np.ndarray, lit: np.ndarray, rng: np.random.Generator) -> ChannelFit:
@@ -132,20 +131,20 @@ def _mag(t: np.ndarray, rng: np.random.Generator) -> ChannelFit:
     )
 
 
-def write_munin(directory: Path, result: SensedResult | None = None, *, plots: bool) -> list[str]:
+def write_munin(directory: Path, result: FitResult | None = None, *, plots: bool) -> list[str]:
     """Writes the files of such a fit as the command does; returns warnings."""
     satellite, session = munin_session()
     result = result or make_munin_result()
     telemetry, label = told_names(BUNDLED)
     with staged_directory(directory, owned_files(directory, result.channels)) as stage:
-        return write_sensed(
+        return write_fit(
             stage,
             result,
             telemetry=telemetry,
             label=label,
             epoch=session.epoch,
             session=session,
-            settings=SensedSettings().model_dump(mode="json"),
+            settings=FitSettings().model_dump(mode="json"),
             plots=plots,
             surroundings=munin_surroundings(len(result.t_s)),
             orbit_fit=surroundings(satellite, session)[1],

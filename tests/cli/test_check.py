@@ -50,7 +50,8 @@ def odd(tmp_path):
 
     def check(columns: dict[str, np.ndarray], satellite: str = SATELLITE, t: np.ndarray = T) -> list[str]:
         stamps = [f"{each}Z" for each in EPOCH.iso_texts(t)]
-        rows = zip(stamps, *(map(repr, map(float, values)) for values in columns.values()), strict=True)
+        cells = (["" if np.isnan(each) else repr(float(each)) for each in values] for values in columns.values())
+        rows = zip(stamps, *cells, strict=True)
         text = ",".join(["utc", *columns]) + "\n" + "".join(",".join(row) + "\n" for row in rows)
         (tmp_path / "pass.csv").write_text(text)
         (tmp_path / "sat.toml").write_text(satellite)
@@ -94,6 +95,27 @@ def test_one_thing_wrong_with_the_field(odd, columns, satellite, said):
     assert any(re.match(said, each) for each in found), found
 
 
+def test_bias_and_scale_by_the_size_of_the_field(odd, tmp_path, capsys):
+    # Columns read x, -z and y of a sensor with a bias and a scale.
+    read = MEASURED * [1.04, 1.0, 0.97] + [2000.0, -1500.0, 800.0]
+    axes = SATELLITE.replace('kind = "magnetometer"', 'kind = "magnetometer"\naxes = ["+x", "-z", "+y"]\nunit = "uT"')
+    (said,) = odd(mag(read[:, [0, 2, 1]] * [1, -1, 1]), axes)
+    assert said.endswith("; bias.x, bias.y, scale.x are further off than the file allows")
+    findings = json.loads((tmp_path / "out" / "check.json").read_text())["findings"]
+    (told,) = (each["numbers"] for each in findings if "bias_x_T" in each["numbers"])
+    # 270 readings of 100 nT, along three unknowns each: 30 nT at 1 sigma.
+    np.testing.assert_allclose([told[f"bias_{c}_T"] for c in "xyz"], [2e-6, -1.5e-6, 8e-7], atol=1e-7)
+    np.testing.assert_allclose([told[f"scale_{c}"] for c in "xyz"], [1.04, 1.0, 0.97], atol=4e-3)
+    assert told["misses_after_T"] == pytest.approx(1e-7, rel=0.15) and told["misses_before_T"] > 1e-6
+    assert "for [sensors.mag]: bias = [2.0" in " ".join(capsys.readouterr().out.split())
+    # What the file allows is not odd.
+    wide = "bias = {value = [0, 0, 0], sigma = 1.0}\nscale = {value = [1, 1, 1], sigma = 0.05}\n"
+    assert odd(mag(read[:, [0, 2, 1]] * [1, -1, 1]), axes.replace("[channels", f"{wide}[channels")) == []
+    # A bias of several times the field looks like a wrong unit, and is told all the same.
+    found = odd(mag(MEASURED + [0.0, 0.0, 2e5]))
+    assert any(each.endswith("; bias.z is further off than the file allows") for each in found), found
+
+
 def sun(values=SUN_SEEN):
     return dict(zip(["sx", "sy", "sz"], values.T, strict=True))
 
@@ -105,6 +127,34 @@ def test_the_angle_between_field_and_sun(odd, capsys):
     assert "angle between field (mag) and Sun (sv) is off by 0." in " ".join(capsys.readouterr().out.split())
     found = odd(mag() | sun(SUN_SEEN * [1, 1, -1]), SATELLITE + SUN)
     assert any(re.match("mag, sv: .*: axes, a sign", each) for each in found)
+
+
+def test_the_angle_is_known_between_two_readings_too(odd, capsys):
+    every_third = np.where(np.arange(T.size)[:, None] % 3 == 0, SUN_SEEN, np.nan)
+    odd(mag() | sun(every_third), SATELLITE + SUN)
+    # 180 rows are lit, 60 of them with a reading of the Sun; between them it turns by less than 30 deg.
+    found = re.search(
+        r"\(sv\) is off by ([0-9.]+) deg in the middle of (\d+)", " ".join(capsys.readouterr().out.split())
+    )
+    assert found and float(found[1]) < 2.0 and int(found[2]) > 120
+
+
+def test_a_star_tracker_whose_quaternions_turn_the_other_way(odd, capsys):
+    star = (
+        '[sensors.star]\nkind = "star_tracker"\n[channels.star]\ncolumns = ["q0", "q1", "q2", "q3"]\nunit = "1"\n'
+        "sigma = 0.001\n"
+    )
+
+    def quaternions(attitude):
+        return dict(zip(["q0", "q1", "q2", "q3"], attitude.as_quat(scalar_first=True).T, strict=True))
+
+    assert odd(mag() | quaternions(BODY), SATELLITE + star) == []
+    said = " ".join(capsys.readouterr().out.split())
+    # 100 nT across 20 to 50 uT.
+    off = re.search(r"the field \(mag\) is ([0-9.]+) deg from where the attitude \(star\) puts it", said)
+    assert off and float(off[1]) < 0.5
+    (only,) = odd(mag() | quaternions(BODY.inv()), SATELLITE + star)
+    assert re.search(r"and 0\.\d with its quaternions the other way round", only)
 
 
 def test_stamps(odd, capsys):
@@ -123,6 +173,18 @@ def test_a_gyro_in_another_unit_and_a_spin_too_fast_for_the_spacing(odd):
     found = odd(mag() | rates, SATELLITE + gyro)
     assert any(re.match("gyro: rates of 573 deg/s .*is the unit 'rad/s' right", each) for each in found)
     assert any(re.match("mag: the satellite turns by 1.*deg between readings", each) for each in found)
+
+
+def test_turns_by_directions_where_there_is_no_gyro(odd, capsys):
+    assert odd(mag()) == []
+    said = re.search(
+        r"mag: its direction turns by ([0-9.]+) deg between readings", " ".join(capsys.readouterr().out.split())
+    )
+    # 0.54 deg/s for 20 s, seen from the field's side; the field itself turns by 1 to 2 deg in that time.
+    assert said and 5.0 < float(said[1]) < 13.0
+    fast = Rotation.from_rotvec(T[:, None] * np.radians([3.0, 4.0, -2.0])).inv().apply(FIELD)
+    (only,) = odd(mag(fast))
+    assert re.match("mag: its direction turns by [0-9.]+ deg between readings, .*: too far to tell", only)
 
 
 def test_cells_against_the_shadow(odd):

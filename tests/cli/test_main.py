@@ -105,7 +105,7 @@ def test_a_full_disk_is_one_line_and_leaves_nothing(fake_fit, tmp_path, monkeypa
     def full(*_):
         raise OSError(28, "No space left on device", "attitude.csv")
 
-    monkeypatch.setattr("fitting.report.sensed.files.write_sensed_attitude", full)
+    monkeypatch.setattr("fitting.report.fit.files.write_attitude", full)
     assert run(["fit", "--no-plots"]) == 1
     assert capsys.readouterr().err.splitlines()[-1] == "jaxsat: error: attitude.csv: No space left on device"
     assert list(tmp_path.iterdir()) == []

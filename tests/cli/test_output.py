@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from made_up_munin import make_munin_result
 
-from fitting.outcome.sensed_result import SensedResult
-from fitting.report.sensed.document import sensed_document
-from fitting.report.sensed.tables import SENSED_ATTITUDE_COLUMNS, write_channel, write_sensed_attitude
+from fitting.outcome.result import FitResult
+from fitting.report.fit.document import fit_document
+from fitting.report.fit.tables import ATTITUDE_COLUMNS, write_attitude, write_channel
 from jaxsat.errors import InputError
 from jaxsat.files.json_files import json_text
 from jaxsat.files.staging import staged_directory
@@ -22,13 +22,13 @@ EPOCH = Epoch.from_utc(2001, 1, 18, 4, 54, 15.0)
 
 
 @pytest.fixture(scope="module")
-def made() -> SensedResult:
+def made() -> FitResult:
     return make_munin_result(12)
 
 
 @pytest.fixture(scope="module")
 def document(made):
-    content, nulls = sensed_document(made, telemetry="a.RAW_SUN", epoch=EPOCH)
+    content, nulls = fit_document(made, telemetry="a.RAW_SUN", epoch=EPOCH)
     assert nulls == ["parameters.imax.sigma"]
     return json.loads(json_text(content), parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
 
@@ -70,9 +70,9 @@ def test_json_refuses_what_is_not_finite():
 
 
 def test_csv_files_have_their_columns(made, tmp_path):
-    write_sensed_attitude(tmp_path / "attitude.csv", made, EPOCH)
+    write_attitude(tmp_path / "attitude.csv", made, EPOCH)
     columns = write_channel(tmp_path / "cells.csv", made.channels["cells"], EPOCH)
-    for name, expected in (("attitude.csv", SENSED_ATTITUDE_COLUMNS), ("cells.csv", columns)):
+    for name, expected in (("attitude.csv", ATTITUDE_COLUMNS), ("cells.csv", columns)):
         with (tmp_path / name).open(newline="") as stream:
             rows = list(csv.DictReader(stream))
         assert list(rows[0]) == list(expected) and len(rows) == made.t_s.size

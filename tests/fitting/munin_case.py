@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.measurements.assembly import Samples, build_sensed, usable
+from fitting.measurements.assembly import Samples, build_problem, usable
 from fitting.measurements.floor import NO_FLOOR
+from fitting.parameters.chosen import chosen_leaves
 from fitting.parameters.free import free_parameters
-from fitting.sensed_run import chosen_leaves
 from fitting.surroundings import surroundings
 from jaxsat.bundled import BUNDLED
 from jaxsat.satellites import read_satellite
@@ -36,7 +36,7 @@ class Case:
         satellite = read_satellite()
         session = read_telemetry(path, satellite)
         whole = Samples.of(session.channels, session.epoch, session.columns)
-        self.samples = whole if samples is None else cut(whole, samples)
+        self.samples = whole if samples is None else whole.part(slice(samples))
         # Of few leaves where the program shall be a small one.
         leaves = tuple(leaf for leaf in satellite.leaves if not only or leaf.name in only)
         self.parameters = free_parameters(
@@ -44,7 +44,7 @@ class Case:
         )
         self.around, _ = surroundings(satellite, session)
         step = {"delayed": (), "max_step": STEP_S, "room_for": ROOM_S if samples is None else STEP_S}
-        problem = build_sensed(self.samples, satellite.model, self.around, **step)
+        problem = build_problem(self.samples, satellite.model, self.around, **step)
         self.problem = dataclasses.replace(problem, floor=np.full(problem.floor.shape, NO_FLOOR))
         self.weight = usable(self.problem, self.samples)
         truth = json.loads(path.with_suffix(".truth.json").read_text())
@@ -57,10 +57,3 @@ class Case:
         for name, value in wanted.items():
             values[names.index(name)] = value
         return values
-
-
-def cut(whole: Samples, count: int) -> Samples:
-    """The first samples alone."""
-    return dataclasses.replace(
-        whole, t=whole.t[:count], values={name: rows[:count] for name, rows in whole.values.items()}
-    )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fitting
-from fitting.sensed_settings import SensedSettings
+from fitting.settings import FitSettings
 from jaxsat.errors import InputError
 from jaxsat.satellites import read_satellite
 from jaxsat.telemetry import TableSession, read_telemetry
@@ -26,7 +26,7 @@ class Case:
     def __init__(self, name: str, *free: str, **settings):
         self.satellite = read_satellite()
         self.session = read_telemetry(BUNDLED[name], self.satellite)
-        self.settings = SensedSettings(free=free or ("state",), **settings)
+        self.settings = FitSettings(free=free or ("state",), **settings)
         self.truth = json.loads(BUNDLED[name].with_suffix(".truth.json").read_text())
 
     @property

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import fitting
-from fitting.sensed_settings import SensedSettings
+from fitting.settings import FitSettings
 from jaxsat.bundled import BUNDLED
 from jaxsat.satellites import read_satellite
 from jaxsat.telemetry import read_telemetry
@@ -21,7 +21,7 @@ ANGLES = ("magnet.modulus", "magnet.azimuth", "magnet.elevation")
 def fit(*free: str, session=None, **settings):
     satellite = read_satellite()
     session = session or read_telemetry(BUNDLED, satellite)
-    return fitting.fit(satellite, session, settings=SensedSettings(free=free, **settings)).result
+    return fitting.fit(satellite, session, settings=FitSettings(free=free, **settings)).result
 
 
 @pytest.fixture(scope="module")

@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.measurements.abstract import RATE_UNIT
-from fitting.measurements.assembly import Samples, build_sensed, channels_within, usable
+from fitting.measurements.assembly import Samples, build_problem, channels_within, usable
+from fitting.parameters.chosen import chosen_leaves
 from fitting.parameters.free import free_parameters
-from fitting.sensed_run import chosen_leaves
 from fitting.solvers.refine import refine
 from fitting.starts.multi_start import Starts
 from fitting.surroundings import surroundings
@@ -62,7 +62,7 @@ class TrueMinimum:
             data = dataclasses.replace(whole, t=whole.t[:samples], values=cut)
         self.samples = data
         around, _ = surroundings(satellite, session)
-        self.problem = build_sensed(data, model, around, delayed=(), max_step=32.0, room_for=ROOM_S, whole=whole)
+        self.problem = build_problem(data, model, around, delayed=(), max_step=32.0, room_for=ROOM_S, whole=whole)
         names = chosen_leaves(leaves, free, satellite.aliases)
         self.parameters = free_parameters(model, leaves, names, held=satellite.held)
         self.weight = usable(self.problem, data)

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from fitting.sensed_run import chosen_leaves
+from fitting.parameters.chosen import chosen_leaves
 from jaxsat.bundled import MUNIN_SATELLITE
 from jaxsat.errors import InputError
 from jaxsat.satellites import Satellite, read_numbers, read_satellite

@@ -14,8 +14,8 @@ from jaxsat.cli.main import run
 from jaxsat.errors import InputError
 from jaxsat.satellites import Satellite, read_satellite
 from jaxsat.satellites.model import array_at
-from jaxsat.synthetic.sensed import TwinSettings, make_twin, write_twin
-from jaxsat.synthetic.sensed.drawn import _some_axes, drawn_model
+from jaxsat.synthetic.twins import TwinSettings, make_twin, write_twin
+from jaxsat.synthetic.twins.drawn import _some_axes, drawn_model
 from jaxsat.telemetry import TableSession, read_telemetry
 
 TLE = (

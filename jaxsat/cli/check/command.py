@@ -20,9 +20,11 @@ def check(
 ) -> int:
     """Say what is odd about telemetry before any fit.
 
-    The size of the field against IGRF, light against the computed shadow,
-    angles between what two sensors see, rates, gaps, spacing and rounding of
-    stamps, columns that nobody uses, rows left out and why.
+    The size of the field against IGRF, and the bias and scale of a
+    magnetometer that follow from it, light against the computed shadow, angles
+    between what two sensors see, or from where stars put it, rates and turns,
+    gaps, spacing and rounding of stamps, columns that nobody uses, age of the
+    element set, rows left out and why.
 
     Exit status: 0 done, odd or not, 1 bad input, 2 wrong usage.
 

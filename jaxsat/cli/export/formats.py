@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.report.sensed.document import SCHEMA as FIT_SCHEMA
+from fitting.report.fit.document import SCHEMA as FIT_SCHEMA
 from jaxsat.errors import InputError
 from jaxsat.files.text_file import read_small_file
 from jaxsat.telemetry.ccsds.aem import AttitudeEphemeris, aem_text

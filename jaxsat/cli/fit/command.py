@@ -10,10 +10,7 @@ from cyclopts import CycloptsError, Parameter, validators
 from jaxsat.bundled import BUNDLED
 from jaxsat.cli.shared.folders import default_folder
 from jaxsat.cli.shared.options import Arc, ConfigFile, Drop, whole_number
-from jaxsat.errors import InputError
-
-TABLES = (".csv", ".tsv", ".txt", ".parquet")
-"""Endings of tables, which no satellite file of its own is bundled for."""
+from jaxsat.cli.shared.tables import refuse_tables
 
 
 def _refuse(options: dict[str, object], beside: str) -> None:
@@ -119,10 +116,8 @@ def fit(
         _refuse({"--config": config, "--drop": drop, "--limb": limb}, "--satellite")
         if not files:
             raise CycloptsError(msg="--satellite needs at least one table of telemetry.")
-    tables = [path for path in files or () if path.suffix.lower() in TABLES]
-    if tables and satellite is None:
-        reason = "a table needs a satellite file: --satellite sat.toml, of which `jaxsat init` drafts one"
-        raise InputError(reason, file=tables[0])
+    else:
+        refuse_tables(files or ())
     if limb is not None and files and len(files) > 1:
         raise CycloptsError(msg=f"--limb holds the angles of one session, but {len(files)} files are given.")
     # What is wrong with settings is told before the seconds that the imports of a fit take.
@@ -140,9 +135,10 @@ def fit(
     from jaxsat.cli.fit.one import Clock, fit_one
 
     if satellite is None:
-        read = OfRawSun.by(settings, limb, free, holdout, config)
+        read = OfRawSun.by(settings, limb, free, holdout, config, profile or ())
     else:
-        read = OfTables.by(satellite, given | ({} if free is None else {"free": tuple(free.split(","))}))
+        given |= {} if free is None else {"free": tuple(free.split(","))}
+        read = OfTables.by(satellite, given, profile or ())
     if not files:
         print(f"jaxsat: no file given: fitting the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
         files = [BUNDLED]
@@ -150,7 +146,7 @@ def fit(
     asked = {"clock": clock, "plots": plots, "profiles": tuple(profile or ())}
     # Tables are joined by time, RAW_SUN files are sessions by themselves.
     if satellite is not None or len(files) == 1:
-        return fit_one(files, out, read, **asked).exit_status
+        return fit_one(files, out, read, **asked)().exit_status
 
     from jaxsat.cli.fit.many import fit_many
 

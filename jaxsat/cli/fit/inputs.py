@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 from cyclopts import CycloptsError
 
+from fitting.parameters.chosen import chosen_leaves, spelt_out
 from fitting.parameters.free import free_parameters
-from fitting.sensed_run import chosen_leaves
-from fitting.sensed_settings import SensedSettings
+from fitting.profile.profile import check_profile
+from fitting.settings import FitSettings
 from jaxsat.errors import InputError
 from jaxsat.given import Given
 from jaxsat.satellites import Satellite, read_satellite
@@ -28,7 +29,7 @@ class Inputs:
 
     satellite: Satellite
     session: TableSession
-    settings: SensedSettings
+    settings: FitSettings
     given: Given = Given()
 
 
@@ -37,16 +38,17 @@ class OfTables:
     """Reads tables by a satellite file."""
 
     satellite: Satellite
-    settings: SensedSettings
+    settings: FitSettings
 
     @staticmethod
-    def by(path: Path, options: Mapping[str, object]) -> "OfTables":
-        """Reads the satellite file; `options` are of `SensedSettings`.
+    def by(path: Path, options: Mapping[str, object], profiles: Sequence[str] = ()) -> "OfTables":
+        """Reads the satellite file; `options` are of `FitSettings`, `profiles` names of what shall have one.
 
-        Raises `InputError`, and CycloptsError for a `free` that the satellite does not have.
+        Raises `InputError`, and CycloptsError for a `free` that the satellite does not have and a profile that the fit
+        does not.
         """
-        satellite, settings = read_satellite(path), SensedSettings.model_validate(dict(options))
-        _check_free(satellite, settings.free)
+        satellite, settings = read_satellite(path), FitSettings.model_validate(dict(options))
+        _check_names(satellite, settings.free, profiles)
         return OfTables(satellite, settings)
 
     def __call__(self, files: Sequence[Path]) -> Inputs:
@@ -61,22 +63,27 @@ class OfRawSun:
 
     satellite: Satellite
     config: "Config"
-    settings: SensedSettings
+    settings: FitSettings
     limb: Path | None
     """File of limb angles."""
 
     @staticmethod
     def by(
-        config: "Config", limb: Path | None, free: str | None, holdout: float | None, file: Path | None = None
+        config: "Config",
+        limb: Path | None,
+        free: str | None,
+        holdout: float | None,
+        file: Path | None = None,
+        profiles: Sequence[str] = (),
     ) -> "OfRawSun":
         """Raises CycloptsError where `free`, of the command line, names what Munin has not, `InputError` for its key in
-        the configuration's `file`."""
+        the configuration's `file`; and CycloptsError for a name of `profiles` that is not free."""
         used = limb is not None and config.fit.limb_weight > 0.0
         satellite = config.described(limb=used)
         settings = config.fit.settings
         if holdout is not None:
             settings = settings.changed(holdout=holdout)
-        _check_free(satellite, settings.free, file=None if free is not None else file)
+        _check_names(satellite, settings.free, profiles, file=None if free is not None else file)
         return OfRawSun(satellite, config, settings, limb)
 
     def __call__(self, files: Sequence[Path]) -> Inputs:
@@ -102,12 +109,20 @@ class OfRawSun:
         return Inputs(self.satellite, session, self.settings, config.given)
 
 
-def _check_free(satellite: Satellite, free: Sequence[str] | None, file: Path | None = None) -> None:
-    """Wrong usage where the option names what cannot be free, bad input where the configuration's `file` does."""
+def _check_names(
+    satellite: Satellite, free: Sequence[str] | None, profiles: Sequence[str], file: Path | None = None
+) -> None:
+    """Wrong usage where an option names what cannot be free or have a profile, bad input where the `file` does."""
     try:
         names = chosen_leaves(satellite.leaves, free, satellite.aliases)
-        free_parameters(satellite.model, satellite.leaves, names, held=satellite.held)
+        moves = satellite.motion.kind == "free"
+        parameters = free_parameters(satellite.model, satellite.leaves, names, free_motion=moves, held=satellite.held)
     except InputError as error:
         if file is not None:
             raise InputError(error.reason, file=file, field="fit.free") from None
         raise CycloptsError(msg=f"Invalid value for --free: {error.reason}") from None
+    try:
+        for name in (each for item in profiles for each in spelt_out(item, satellite.aliases)):
+            check_profile(parameters, name)
+    except InputError as error:
+        raise CycloptsError(msg=f"Invalid value for --profile: {error.reason}") from None

@@ -6,6 +6,8 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,13 +35,25 @@ def fit_many(
     Worst is bad input (1), then not converged (3). Each directory is whole or absent, whenever the run is stopped.
     Raises `InputError` where not even the summary can be written.
     """
-    from jaxsat.cli.fit.sensed_text import files_summary
+    from jaxsat.cli.fit.text import files_summary
     from jaxsat.cli.shared.terminal import show
 
-    outcomes = []
-    for number, (path, name) in enumerate(zip(files, directory_names(files), strict=True)):
-        own = clock if number == 0 else Clock(time.perf_counter(), 0.0)
-        outcomes.append(_attempt(path, out / name, read, clock=own, plots=plots, profiles=profiles))
+    writing: list[Future[Outcome]] = []
+    # Pictures are Python's work and a fit is XLA's: each is drawn while the next file is fitted.
+    with ThreadPoolExecutor(1, thread_name_prefix="write") as writer:
+        for number, (path, name) in enumerate(zip(files, directory_names(files), strict=True)):
+            own, directory = clock if number == 0 else Clock(time.perf_counter(), 0.0), out / name
+            how = {"clock": own, "plots": plots, "profiles": profiles, "quiet": True}
+            failed = partial(_failed, path, directory)
+            # A defect that one file brings to light must not cost the others their night's run.
+            try:
+                write = fit_one([path], directory, read, **how)
+            except Exception as error:
+                write = partial(failed, error)
+            # One at a time, so that finished fits do not heap up in memory.
+            wait(writing)
+            writing.append(writer.submit(_written, write, failed))
+    outcomes = [each.result() for each in writing]
     _write_summary(out, outcomes, time.perf_counter() - clock.began)
     show(files_summary([(o.telemetry, o.status, o.message) for o in outcomes]), f"results in {out}")
     found = {outcome.exit_status for outcome in outcomes}
@@ -57,14 +71,17 @@ def directory_names(files: list[Path]) -> list[str]:
     return names
 
 
-def _attempt(path: Path, directory: Path, read, *, clock: Clock, plots: bool, profiles: Sequence[str]) -> Outcome:
+def _written(write: Callable[[], Outcome], failed: Callable[[Exception], Outcome]) -> Outcome:
     try:
-        return fit_one([path], directory, read, clock=clock, plots=plots, profiles=profiles, quiet=True)
-    except InputError as error:
-        message = str(error)
-    # A defect that one file brings to light must not cost the others their night's run.
+        return write()
     except Exception as error:
-        message = f"{path}: unexpected {type(error).__name__}: {' '.join(str(error).split())}"
+        return failed(error)
+
+
+def _failed(path: Path, directory: Path, error: Exception) -> Outcome:
+    message = str(error)
+    if not isinstance(error, InputError):
+        message = f"{path}: unexpected {type(error).__name__}: {' '.join(message.split())}"
     print(f"jaxsat: error: {message}", file=sys.stderr)
     return Outcome(str(path), directory, "failed", message, {})
 

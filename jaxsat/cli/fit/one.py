@@ -1,16 +1,17 @@
 """One session: read, fitted, written whole or not at all, summed up on the terminal."""
 
-import gc
 import importlib
 import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from fitting.fitted import Fit
     from jaxsat.cli.fit.inputs import Inputs
 
 CONVERGED, BAD_INPUT, NOT_CONVERGED = 0, 1, 3
@@ -51,38 +52,48 @@ def fit_one(
     plots: bool,
     profiles: Sequence[str] = (),
     quiet: bool = False,
-) -> Outcome:
-    """Fits one session of one file or of several, writes its directory whole or not at all, prints a summary.
+) -> Callable[[], Outcome]:
+    """Fits one session of one file or of several; what it returns writes its directory, whole or not at all.
 
-    `profiles` names the parameters that get a profile. Raises `InputError`.
+    That prints a summary too, if not `quiet`, and is to be called, once, also where the outcome is of no interest.
+    `profiles` names the parameters that get a profile. Raises `InputError`, as the writing may.
     """
-    from fitting.report.sensed.owned import owned_files
-    from fitting.sensed_run import fit_table
+    from fitting.report.fit.owned import owned_files
+    from fitting.run import fit
     from jaxsat.cli.fit.progress import StageProgress
-    from jaxsat.cli.fit.sensed_text import sensed_summary
-    from jaxsat.cli.shared.terminal import show
     from jaxsat.files.staging import staged_directory
 
     start = time.perf_counter()
     inputs = read(files)
     session = inputs.session
     before = {"import": clock.imported, "prepare": time.perf_counter() - start}
-    # Staged before the work starts: a directory that cannot be written is known at once.
-    with staged_directory(directory, owned_files(directory, session.channels)) as stage:
+    with ExitStack() as unfinished:
+        # Staged before the work starts: a directory that cannot be written is known at once.
+        stage = unfinished.enter_context(staged_directory(directory, owned_files(directory, session.channels)))
         # Importing matplotlib costs half a second; the solver leaves one core to Python.
-        threading.Thread(target=importlib.import_module, args=("fitting.report.sensed.files",), daemon=True).start()
+        threading.Thread(target=importlib.import_module, args=("fitting.report.fit.files",), daemon=True).start()
         with StageProgress(session.name) as progress:
             how = {"given": inputs.given, "profiles": profiles, "progress": progress}
-            found = fit_table(inputs.satellite, session, inputs.settings, **how, sky_ahead=True)
+            found = fit(inputs.satellite, session, settings=inputs.settings, **how, sky_ahead=True)
             progress("writing results", 0, 0)
-            found = found.after(before, total=time.perf_counter() - clock.began)
-            # No search for garbage among JAX's many objects while pictures are drawn.
-            gc.freeze()
+        found = found.after(before, total=time.perf_counter() - clock.began)
+        rest = unfinished.pop_all()
+
+    def write() -> Outcome:
+        with rest:
             warnings = found.write_into(stage, plots=plots)
-            gc.unfreeze()
-    result = found.result
+        return _told(found, directory, warnings, quiet)
+
+    return write
+
+
+def _told(found: "Fit", directory: Path, warnings: Sequence[str], quiet: bool) -> Outcome:
+    from jaxsat.cli.fit.text import fit_text
+    from jaxsat.cli.shared.terminal import show
+
+    result, session = found.result, found.session
     if not quiet:
-        show(sensed_summary(result, session.name, session.rejections), f"\nresults in {directory}")
+        show(fit_text(result, session.name, session.rejections), f"\nresults in {directory}")
     for warning in warnings:
         print(f"jaxsat: warning: {warning}", file=sys.stderr)
     numbers = {"chi2": result.chi2, "dof": result.dof, "residual_rms_mA": result.residual_rms_mA}

@@ -9,16 +9,20 @@ from cyclopts import CycloptsError, Parameter, validators
 
 from jaxsat.bundled import BUNDLED
 from jaxsat.cli.shared.folders import default_folder
-from jaxsat.cli.shared.options import Arc, ConfigFile, Drop
+from jaxsat.cli.shared.options import Arc, AxisBody, ConfigFile, Drop
+from jaxsat.cli.shared.tables import refuse_tables
 
 Method = Literal["field-roll", "five-parameter", "sun-field"]
 PROGRAM = {"field-roll": "OrbfiGraf", "five-parameter": "OptLoc", "sun-field": "OrSB"}
 
 
 def local(
-    file: Annotated[
-        Path | None,
-        Parameter(help="RAW_SUN file, or with --satellite a table, CSV or Parquet. [default: a bundled synthetic one]"),
+    files: Annotated[
+        list[Path] | None,
+        Parameter(
+            help="RAW_SUN file, or with --satellite tables, CSV or Parquet, that are joined by time. [default: a "
+            "bundled synthetic session]"
+        ),
     ] = None,
     /,
     *,
@@ -32,7 +36,7 @@ def local(
     method: Annotated[
         Method,
         Parameter(
-            help="field-roll (OrbfiGraf): body x along the field or against it, best roll about it. five-parameter "
+            help="field-roll (OrbfiGraf): magnet along the field or against it, best roll about it. five-parameter "
             "(OptLoc): three angles and two factors, where four panels show 2 mA. sun-field (OrSB): Sun from the "
             "currents, and the magnetometers."
         ),
@@ -51,10 +55,12 @@ def local(
     x: Annotated[
         Literal["along", "against", "both"] | None,
         Parameter(
-            help="Direction of body x on the field's line; for five-parameter that of its starts, for sun-field the "
-            "sign of the component that is not measured. [default: along for five-parameter, else both]",
+            help="Direction of the magnet's axis on the field's line, body x of Munin; for five-parameter that of its "
+            "starts, for sun-field the sign of the component x that is not measured. [default: along for "
+            "five-parameter, else both]",
         ),
     ] = None,
+    axis_body: AxisBody = None,
     direct_sigma: Annotated[
         float | None,
         Parameter(
@@ -92,35 +98,45 @@ def local(
     and returned sunlight apart), local.json and pictures.
 
     With --satellite of any satellite whose sensors see two of field, Sun and
-    nadir, or stars: least squares of the directions. attitude.csv has also
+    nadir, or stars, in one table or in several that are joined by time: least
+    squares of the directions that are seen at once. attitude.csv has also
     the 1-sigma, rates by finite turns and by how much the angle between two
     directions is off; unknown axes are ranked by that.
 
-    What cannot be told has a status and a reason.
+    What cannot be told has a status and a reason. The 1-sigma of field-roll
+    has in it how far the magnet is off the field, by the residuals; what they
+    deny, noise being fit.noise_mA, is called `does not fit`.
 
     Exit status: 0 done, 1 bad input or no sample in sunlight, 2 wrong usage,
-    3 no sample has an attitude.
+    3 no sample has an attitude, or most of those that have do not fit, or are
+    `inconsistent`: their directions are not as far apart as they must be.
 
     Example: jaxsat local a.RAW_SUN --albedo-max 0.3 --out a-local
 
     Example: jaxsat local --method five-parameter --direct-sigma 0.05
 
-    Example: jaxsat local pass.csv --satellite sat.toml --out pass-local
+    Example: jaxsat local field.csv sun.csv stars.csv --satellite sat.toml --out pass-local
     """
     began = time.perf_counter()
     if satellite is not None:
         own = {"--albedo-max": albedo_max, "--x": x, "--direct-sigma": direct_sigma, "--sun-sigma-deg": sun_sigma_deg}
-        own |= {"--field-sigma-uT": field_sigma_ut, "--config": config, "--drop": drop}
+        own |= {"--axis-body": axis_body, "--field-sigma-uT": field_sigma_ut, "--config": config, "--drop": drop}
         refused = [option for option, value in own.items() if value is not None]
         if refused:
             raise CycloptsError(msg=f"{', '.join(refused)} cannot stand beside --satellite.")
-        if file is None:
-            raise CycloptsError(msg="--satellite needs a table of telemetry.")
+        if not files:
+            raise CycloptsError(msg="--satellite needs at least one table of telemetry.")
         from jaxsat.cli.local.directions import local_directions
 
-        return local_directions(file, satellite, out, arc_s=arc, began=began, plots=plots)
+        return local_directions(files, satellite, out, arc_s=arc, began=began, plots=plots)
+    refuse_tables(files or ())
+    if files and len(files) > 1:
+        raise CycloptsError(msg="RAW_SUN files are taken one at a time; several tables are joined with --satellite.")
+    file = files[0] if files else None
     if direct_sigma is not None and method != "five-parameter":
         raise CycloptsError(msg="--direct-sigma is for --method five-parameter.")
+    if axis_body is not None and method == "sun-field":
+        raise CycloptsError(msg="--axis-body is for the other methods than --method sun-field.")
     for option, value in {"--sun-sigma-deg": sun_sigma_deg, "--field-sigma-uT": field_sigma_ut}.items():
         if value is not None and method != "sun-field":
             raise CycloptsError(msg=f"{option} is for --method sun-field.")
@@ -143,7 +159,12 @@ def local(
     with staged_directory(out, FILES) as stage:
         session = read_session(file or BUNDLED, settings.numbers, cleaning=settings.cleaning)
         prepared = prepare_session(session, settings.given)
-        chosen = {"noise_mA": settings.fit.noise_mA, "arc_s": settings.fit.arc_s, "earth": earth}
+        chosen = {
+            "noise_mA": settings.fit.noise_mA,
+            "arc_s": settings.fit.arc_s,
+            "earth": earth,
+            "axis_body": axis_body,
+        }
         samples = local_samples(prepared, settings.numbers, **chosen)
         limits: dict[str, Any] = {"albedo_max": albedo_max, "direct_sigma": direct_sigma, "x": x}
         if method == "sun-field":
@@ -151,6 +172,8 @@ def local(
             limits["field_sigma_uT"] = FIELD_SIGMA_UT if field_sigma_ut is None else field_sigma_ut
         solutions = solve(method, prepared, samples, **limits)
         options = {"method": method, "program": PROGRAM[method], "earth": earth, **limits}
+        if method != "sun-field":
+            options["axis_body"] = samples.axis_body
         write_local(stage, prepared, samples, solutions, options=options, began=began, plots=plots)
     show(local_summary(solutions, f"{prepared.label}, {method}"), f"\nresults in {out}")
-    return 0 if solutions.count.any() else 3
+    return 0 if solutions.fits else 3

@@ -66,7 +66,7 @@ def write_directions(
     document: dict[str, Any] = {
         "schema": SCHEMA,
         "telemetry": ", ".join(str(path) for path in session.paths),
-        "sha256": session.sha256[0],
+        "sha256": ", ".join(session.sha256),
         "epoch_utc": epoch.iso(3),
         "method": "directions",
         "satellite": str(satellite),

@@ -1,5 +1,6 @@
 """`jaxsat local --satellite`: attitudes of any satellite by the directions that its sensors see at once."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,9 +19,9 @@ CLOSE = 1.3
 
 
 def local_directions(
-    file: Path, satellite: Path, out: Path, *, arc_s: tuple[float, float] | None, began: float, plots: bool
+    files: Sequence[Path], satellite: Path, out: Path, *, arc_s: tuple[float, float] | None, began: float, plots: bool
 ) -> int:
-    """Solves the table, writes the files and returns the exit status. Raises `InputError`."""
+    """Solves the tables of one session, writes the files and returns the exit status. Raises `InputError`."""
     from jaxsat.cli.shared.start import start_jax
 
     start_jax()
@@ -35,14 +36,14 @@ def local_directions(
     if not any(sensor.sees not in (None, "rate") for sensor in craft.model.sensors.values()):
         raise InputError("has no sensor that sees a direction or stars by itself", file=satellite, field="sensors")
     with staged_directory(out, FILES) as stage:
-        session = read_telemetry([file], craft)
+        session = read_telemetry(files, craft)
         from fitting.local.directions import direct_attitudes
         from fitting.surroundings import surroundings
 
         found = direct_attitudes(craft, session, surroundings(craft, session)[0], arc_s=arc_s)
         write_directions(stage, found, session, satellite, began=began, plots=plots)
     show(directions_summary(found, session.name), f"\nresults in {out}")
-    return 0 if found.solved.any() else 3
+    return 0 if found.fits else 3
 
 
 def directions_summary(found: "DirectAttitudes", name: str) -> "RenderableType":

@@ -29,8 +29,9 @@ ATTITUDE_COLUMNS = {
     "solution": "1 for the best attitude of the sample, then others that explain it",
     **{f"a{i}{j}": f"inertial component {i} of body axis {j}" for i in (1, 2, 3) for j in (1, 2, 3)},
     **{f"q_{c}": "the same as a quaternion, scalar first, turns body axes into inertial ones" for c in "wxyz"},
-    "field_angle_deg": "angle between body x and the magnetic field",
-    "sigma_deg": "1-sigma of the attitude about its least seen axis; empty where nothing sees it",
+    "field_angle_deg": "angle between the magnet's axis, body x for sun-field, and the magnetic field",
+    "sigma_deg": "1-sigma of the attitude about its least seen axis, the magnet off the field in it; empty where "
+    "nothing sees it",
     "direct": "factor of direct sunlight, 1 for the panels' nominal current",
     "albedo": "factor of the Earth's light, 1 for an Earth that returns all",
     "rms_mA": "of measured - modelled currents",
@@ -77,6 +78,7 @@ def write_local(
         "epoch_utc": epoch.iso(3),
         **options,
         "convention": CONVENTION,
+        "axis_off_field_deg": None if solutions.axis_off is None else np.degrees(solutions.axis_off),
         "status_counts": dict(Counter(solutions.status)),
         "reasons": dict(Counter(reason for reason in solutions.reason if reason)),
         "samples": _samples(samples.t, solutions),
@@ -149,20 +151,29 @@ def modelled_mA(samples: "LocalSamples", solutions: "LocalSolutions") -> tuple[n
 def draw_local(samples, solutions, direct, albedo, subtitle, method) -> dict[str, bytes]:
     """Returns the pictures as PNG by file name."""
     import jax
+    import jax.numpy as jnp
 
+    from fitting.local.turn import initial_attitude
     from jaxsat.math import quaternion
     from jaxsat.plotting import draw_currents, draw_local_attitudes, png_bytes
 
     measured = 1e3 * samples.currents
     lit = np.asarray(samples.light.illumination) > 0.0
     best = np.isfinite(solutions.rms[:, :1])
-    angle, name, extent = np.degrees(solutions.field_angle), "angle of body x to the field, deg", (0.0, 180.0)
+    angle, name, extent = (
+        np.degrees(solutions.field_angle),
+        "angle of the magnet's axis to the field, deg",
+        (0.0, 180.0),
+    )
     if method == "field-roll":
-        # There body x is on the field's line by assumption, and the roll is what was found.
+        # There the axis is on the field's line by assumption, and the roll is what was found.
         sun_body = jax.jit(jax.vmap(jax.vmap(quaternion.rotate_inverse, (0, None))))
-        _, y, z = np.moveaxis(np.asarray(sun_body(solutions.quaternion, samples.light.sun_eci)), -1, 0)
-        angle = np.degrees(np.arctan2(z, y))
-        name, extent = "roll: direction of the Sun about body x, from y towards z, deg", (-180.0, 180.0)
+        own = np.asarray(
+            quaternion.to_dcm(initial_attitude(jnp.array([1.0, 0.0, 0.0]), jnp.asarray(samples.axis_body)))
+        )
+        seen = np.asarray(sun_body(solutions.quaternion, samples.light.sun_eci)) @ own.T
+        angle = np.degrees(np.arctan2(seen[..., 2], seen[..., 1]))
+        name, extent = "roll: direction of the Sun about the magnet's axis, deg", (-180.0, 180.0)
     figures = {
         "attitude.png": draw_local_attitudes(
             samples.t,
@@ -195,6 +206,7 @@ def local_summary(solutions: "LocalSolutions", name: str) -> "RenderableType":
     from rich.console import Group
     from rich.text import Text
 
+    from fitting.local.solutions import DOES_NOT_FIT
     from jaxsat.cli.shared.terminal import plain_table
 
     table = plain_table("samples", "status", "reason", right=(0,))
@@ -208,4 +220,11 @@ def local_summary(solutions: "LocalSolutions", name: str) -> "RenderableType":
         )
         told = f"{sigma:.2g} deg" if np.isfinite(sigma) else "without bound"
         parts.append(Text(f"median over {found.sum()} with an attitude: residual RMS {rms:.3g} mA, attitude 1σ {told}"))
+        denied = solutions.status.count(DOES_NOT_FIT)
+        if denied:
+            text = f"{denied} of them do not fit the model"
+            if solutions.axis_off:
+                off = f"{np.degrees(solutions.axis_off):.2g} deg (1σ)"
+                text += f": by the residuals the magnet's axis is {off} off the field"
+            parts.append(Text(text, style="yellow"))
     return Group(*parts)

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from fitting.sensed_settings import SensedSettings
+from fitting.settings import FitSettings
 from fitting.solvers.rules import AdaptiveRules
 from jaxsat.satellites.described import PriorSigma, Readings
 from jaxsat.setting_types import Interval, NonNegative, Positive
@@ -58,8 +58,8 @@ class FitSection(Readings):
         return self
 
     @property
-    def settings(self) -> SensedSettings:
+    def settings(self) -> FitSettings:
         """Those of them that are not of the satellite."""
         free = tuple(part.strip() for part in self.free.split(","))
-        shared = type(self).model_fields.keys() & SensedSettings.model_fields.keys()
-        return SensedSettings.model_validate({name: getattr(self, name) for name in shared} | {"free": free})
+        shared = type(self).model_fields.keys() & FitSettings.model_fields.keys()
+        return FitSettings.model_validate({name: getattr(self, name) for name in shared} | {"free": free})

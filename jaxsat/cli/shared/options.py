@@ -15,6 +15,14 @@ def _check_intervals(_: Any, value: Sequence[Any] | None) -> None:
             raise ValueError(f"Expected two times in seconds, the first before the second, got {begin:g} {end:g}.")
 
 
+def check_direction(_: Any, value: tuple[float, float, float] | None) -> None:
+    """Refuses what points nowhere."""
+    if value is not None and not all(map(math.isfinite, value)):
+        raise ValueError("Expected a finite number.")
+    if value is not None and not any(value):
+        raise ValueError("Expected a direction, not zeros.")
+
+
 def whole_number(_: Any, tokens: Sequence[Token]) -> int:
     """Returns a whole number; unlike the library's own conversion it does not round `1.5`."""
     text = tokens[0].value
@@ -25,6 +33,14 @@ def whole_number(_: Any, tokens: Sequence[Token]) -> int:
 
 ConfigFile = Annotated[
     Path | None, Parameter(help="Configuration, TOML; `jaxsat config` prints all keys with units and defaults.")
+]
+AxisBody = Annotated[
+    tuple[float, float, float] | None,
+    Parameter(
+        help="X Y Z: direction in body axes that lies along the field. [default: that of the satellite's magnet]",
+        negative=(),
+        validator=check_direction,
+    ),
 ]
 Arc = Annotated[
     tuple[float, float] | None,

@@ -103,11 +103,11 @@ def simulate(
     if satellite is not None:
         if config is not None:
             raise CycloptsError(msg="A configuration of Munin cannot stand beside --satellite.")
-        from jaxsat.cli.simulate.sensed import simulate_sensed
+        from jaxsat.cli.simulate.twin import simulate_twin
 
         if seed is not None:
             given["seed"] = seed
-        return simulate_sensed(satellite, out, given, orbit=orbit, commands=commands, plots=plots)
+        return simulate_twin(satellite, out, given, orbit=orbit, commands=commands, plots=plots)
     if given or orbit or commands:
         options = "--orbit, --start, --duration, --every, --rate, --attitude, --commands, --nominal and --tolerance"
         raise CycloptsError(msg=f"{options} belong to --satellite; Munin's are keys of the configuration.")

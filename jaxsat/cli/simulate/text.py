@@ -9,8 +9,8 @@ from rich.text import Text
 from jaxsat.cli.shared.terminal import plain_table
 
 if TYPE_CHECKING:
-    from jaxsat.synthetic.sensed import Twin
     from jaxsat.synthetic.session import SimulatedSession
+    from jaxsat.synthetic.twins import Twin
 
 
 def simulation_summary(session: "SimulatedSession", name: str) -> RenderableType:

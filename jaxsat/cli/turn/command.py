@@ -9,19 +9,16 @@ from cyclopts import Parameter
 
 from jaxsat.bundled import BUNDLED
 from jaxsat.cli.shared.folders import default_folder
-from jaxsat.cli.shared.options import ConfigFile
+from jaxsat.cli.shared.options import ConfigFile, check_direction
 from jaxsat.errors import InputError
 
 SCHEMA = "jaxsat.turn/1"
 FILES = ("turn.csv", "turn.png", "turn.json")
 
 
-def _finite(_: Any, value: float | tuple[float, ...] | None) -> None:
-    numbers = value if isinstance(value, tuple) else (value,)
-    if any(number is not None and not math.isfinite(number) for number in numbers):
+def _finite(_: Any, value: float | None) -> None:
+    if value is not None and not math.isfinite(value):
         raise ValueError("Expected a finite number.")
-    if isinstance(value, tuple) and not any(value):
-        raise ValueError("Expected a direction, not zeros.")
 
 
 def turn(
@@ -34,7 +31,9 @@ def turn(
     at: Annotated[
         float | None,
         Parameter(
-            help="The sample nearest to this time, s since the epoch. [default: the first lit]", validator=_finite
+            help="The sample nearest to this time, s since the epoch, no further than the usual spacing. [default: the "
+            "first lit]",
+            validator=_finite,
         ),
     ] = None,
     angle_deg: Annotated[
@@ -44,10 +43,10 @@ def turn(
     axis_body: Annotated[
         tuple[float, float, float] | None,
         Parameter(
-            help="Direction in body axes that lies along the axis. [default: 1 0 0 for the field; the currents tell "
-            "that of the Sun]",
+            help="X Y Z: direction in body axes that lies along the axis. [default: for the field that of the "
+            "satellite's magnet; the currents tell that of the Sun]",
             negative=(),
-            validator=_finite,
+            validator=check_direction,
         ),
     ] = None,
     config: ConfigFile = None,
@@ -57,7 +56,9 @@ def turn(
     """Turn the satellite about the field or the Sun line and compare currents.
 
     The turn is counted from the published initial position: body y parallel to
-    the inertial plane OXY, or OYZ where the axis is near Z. Writes turn.csv
+    the inertial plane OXY, or OYZ where the axis is near Z; where no turn puts
+    it there, as near as it comes, and body z in place of y where y is nearly
+    along the axis. Writes turn.csv
     (every degree), turn.json (direction cosines, factors, currents and field in
     body axes at the angle) and turn.png.
 
@@ -97,13 +98,17 @@ def turn(
         samples = local_samples(prepared, settings.numbers, noise_mA=noise, arc_s=arc)
         light_seen = np.max(samples.currents, axis=1) >= 2e-3
         k = int(np.argmax(light_seen)) if at is None else int(np.argmin(np.abs(samples.t - at)))
+        spacing = float(np.median(np.diff(samples.t))) if len(samples.t) > 1 else 0.0
+        if at is not None and abs(samples.t[k] - at) > spacing:
+            reason = f"no sample within {spacing:g} s of t = {at:g} s; they run from {samples.t[0]:g} to "
+            raise InputError(f"{reason}{samples.t[-1]:g} s", file=prepared.session.path, field="at")
         t, measured = float(samples.t[k]), jnp.asarray(samples.currents[k])
         light = jax.tree.map(lambda leaf: leaf[k], samples.light)
         field = jnp.asarray(samples.b_field_eci[k])
         if axis_body is not None:
             own = jnp.asarray(axis_body)
         elif about == "field":
-            own = jnp.array([1.0, 0.0, 0.0])
+            own = jnp.asarray(samples.axis_body)
         else:
             if not light_seen[k]:
                 reason = f"no panel shows 2 mA at t = {t:g} s: the currents do not tell the Sun; give --axis-body"

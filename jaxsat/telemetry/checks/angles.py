@@ -1,72 +1,166 @@
-"""Check of angles between what two sensors see: they do not depend on attitude, and are known from the orbit."""
+"""Check of angles between what two sensors see: known from the orbit, or with a star tracker from its attitude."""
 
 import math
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+from jaxtyping import Bool, Float
+from scipy.spatial.transform import Rotation
 
-from jaxsat.math.on_host import angles_between
+from jaxsat.math.on_host import angle_between_attitudes, angles_between
 from jaxsat.satellites.satellite import Satellite
 from jaxsat.telemetry.checks.around import Around
 from jaxsat.telemetry.checks.finding import Finding, finding
 from jaxsat.telemetry.table.session import TableSession
 
 _SAME_S = 0.01
+_NEAR_STEPS, _NEAR_RAD = 3.0, math.radians(30.0)
+"""Between two readings, no further apart than this in usual spacings and in angle, a direction is known too."""
 _LARGEST_DEG = 10.0
 _FEW = 5
-Sights = tuple[np.ndarray, np.ndarray, np.ndarray, str]
-"""Times, directions in body axes, their 1-sigma angles [rad], and what they are of."""
+_TOO_FAR_DEG = 60.0
+"""Directions at random are 90 deg apart."""
+_NAMES = {"field": "field", "sun": "Sun", "nadir": "nadir"}
+
+
+@dataclass(frozen=True)
+class _Sight:
+    """Directions that a sensor sees, or attitudes."""
+
+    name: str
+    of: str
+    """`field`, `sun`, `nadir` or `attitude`."""
+    t: Float[np.ndarray, "n"]
+    seen: Float[np.ndarray, "n of"]
+    """Unit vectors in body axes, or quaternions."""
+    sigma: Float[np.ndarray, "n"]
+    """[rad]"""
+
+    def at(self, t: Float[np.ndarray, "m"]) -> tuple[Float[np.ndarray, "m 3"], Float[np.ndarray, "m"]]:
+        """The directions at other times and their sigma, NaN where no readings are near."""
+        right = np.clip(np.searchsorted(self.t, t), 1, max(self.t.size - 1, 1))
+        if self.t.size < 2:
+            right = np.zeros(t.size, int)
+        left = np.maximum(right - 1, 0)
+        nearest = np.where(np.abs(self.t[left] - t) < np.abs(self.t[right] - t), left, right)
+        span = self.t[right] - self.t[left]
+        share = np.where(span > 0.0, (t - self.t[left]) / np.where(span > 0.0, span, 1.0), 0.0)
+        between = (share > 0.0) & (share < 1.0)
+        between &= span <= _NEAR_STEPS * (np.median(np.diff(self.t)) if self.t.size > 1 else 0.0)
+        between &= angles_between(self.seen[left], self.seen[right]) < _NEAR_RAD
+        carried = (1.0 - share)[:, None] * self.seen[left] + share[:, None] * self.seen[right]
+        same = np.abs(self.t[nearest] - t) <= _SAME_S
+        found = np.where(same[:, None], self.seen[nearest], np.where(between[:, None], carried, np.nan))
+        return found / np.linalg.norm(found, axis=1, keepdims=True), self.sigma[nearest]
 
 
 def check_angles(satellite: Satellite, session: TableSession, around: Around) -> list[Finding]:
-    """One finding for each pair of sensors that see two directions at the same stamps."""
-    sights = {name: seen for name in session.channels if (seen := _seen(name, satellite, session)) is not None}
+    """One finding for each pair of sensors that see two directions, or a direction and stars, at about one time."""
+    sights = [seen for name in session.channels if (seen := _seen(name, satellite, session)) is not None]
     found = []
     for one, two in combinations(sights, 2):
-        if sights[one][3] != sights[two][3]:
-            found += _apart(one, sights[one], two, sights[two], around)
+        if "attitude" in (one.of, two.of) and one.of != two.of:
+            found += _against_stars(*((two, one) if one.of == "attitude" else (one, two)), around)
+        elif one.of != two.of:
+            found += _apart(one, two, around)
     return found
 
 
-def _seen(name: str, satellite: Satellite, session: TableSession) -> Sights | None:
+def check_turning(satellite: Satellite, session: TableSession) -> list[Finding]:
+    """How far each direction or attitude turns between two readings, where no gyroscope tells."""
+    if any(
+        sensor.sees == "rate" and session.channels[name].t_s.size for name, sensor in satellite.model.sensors.items()
+    ):
+        return []
+    found = []
+    for name in session.channels:
+        sight = _seen(name, satellite, session)
+        if sight is None or sight.t.size < _FEW + 1:
+            continue
+        step = np.diff(sight.t)
+        near = step < 1.5 * np.median(step)
+        between = angle_between_attitudes if sight.of == "attitude" else angles_between
+        turn = between(sight.seen[:-1], sight.seen[1:])[near]
+        middle, rate = _degrees(turn), _degrees(turn / step[near])
+        if middle < 3.0 * _degrees(sight.sigma):
+            continue
+        odd = middle > _TOO_FAR_DEG
+        text = (
+            f"its {'attitude' if sight.of == 'attitude' else 'direction'} turns by {middle:.3g} deg between readings, "
+        )
+        text += f"{rate:.3g} deg/s in the middle" + (": too far to tell which way, if not more" if odd else "")
+        found.append(finding(name, text, odd=odd, numbers={"turn_deg": middle, "turns_deg_s": rate}))
+    return found
+
+
+def _seen(name: str, satellite: Satellite, session: TableSession) -> _Sight | None:
     sensor, channel = satellite.model.sensors[name], session.channels[name]
-    if sensor.sees not in ("field", "sun", "nadir") or name in satellite.conventions or not channel.t_s.size:
+    what = sensor.sees
+    if what is None or what not in (*_NAMES, "attitude") or name in satellite.conventions or not channel.t_s.size:
         return None
     told = sensor.direct(channel.values, channel.sigma)
     if told is None:
         return None
-    directions, sigma = (np.asarray(each) for each in told)
-    known = np.isfinite(directions).all(axis=1)
-    return (channel.t_s[known], directions[known], sigma[known], sensor.sees) if known.any() else None
+    seen, sigma = (np.asarray(each) for each in told)
+    known = np.isfinite(seen).all(axis=1)
+    return _Sight(name, what, channel.t_s[known], seen[known], sigma[known]) if known.any() else None
 
 
-def _apart(one: str, first: Sights, two: str, second: Sights, around: Around) -> list[Finding]:
-    (t1, d1, s1, what1), (t2, d2, s2, what2) = first, second
-    near = np.clip(np.searchsorted(t2, t1), 0, t2.size - 1)
-    before = np.clip(near - 1, 0, None)
-    near = np.where(np.abs(t2[before] - t1) < np.abs(t2[near] - t1), before, near)
-    same = np.abs(t2[near] - t1) <= _SAME_S
-    lit = around.light_at(t1) == 1.0 if "sun" in (what1, what2) else np.ones(t1.size, dtype=bool)
-    used = same & lit
+def _apart(one: _Sight, two: _Sight, around: Around) -> list[Finding]:
+    second, second_sigma = two.at(one.t)
+    used = np.isfinite(second).all(axis=1) & _usable((one, two), one.t, around)
     if used.sum() < _FEW:
         return []
-    t, places = t1[used], near[used]
-    measured = angles_between(d1[used], d2[places])
-    expected = angles_between(_expected(what1, around, t), _expected(what2, around, t))
-    off = math.degrees(float(np.median(np.abs(measured - expected))))
-    noise = math.degrees(float(np.median(np.hypot(s1[used], s2[places]))))
-    odd = off > max(_LARGEST_DEG, 3.0 * noise)
+    measured = angles_between(one.seen[used], second[used])
+    expected = angles_between(*(_expected(each.of, around, one.t[used]) for each in (one, two)))
+    off = _degrees(measured - expected)
+    noise = _degrees(np.hypot(one.sigma[used], second_sigma[used]))
     text = (
-        f"the angle between {_NAMES[what1]} ({one}) and {_NAMES[what2]} ({two}) is off by {off:.1f} deg in the middle "
-        f"of {used.sum()} readings, of which their noise is {noise:.1f}"
+        f"the angle between {_NAMES[one.of]} ({one.name}) and {_NAMES[two.of]} ({two.name}) is off by {off:.1f} deg in "
+        f"the middle of {used.sum()} readings, of which their noise is {noise:.1f}"
     )
+    odd = off > max(_LARGEST_DEG, 3.0 * noise)
     if odd:
         text += ": axes, a sign, a large bias, or stamps of one of them"
-    return [finding(f"{one}, {two}", text, odd=odd, numbers={"angle_off_deg": off, "noise_deg": noise})]
+    return [finding(f"{one.name}, {two.name}", text, odd=odd, numbers={"angle_off_deg": off, "noise_deg": noise})]
 
 
-_NAMES = {"field": "field", "sun": "Sun", "nadir": "nadir"}
+def _against_stars(one: _Sight, stars: _Sight, around: Around) -> list[Finding]:
+    """Whether a direction is where the attitude of a star tracker puts it."""
+    measured, sigma = one.at(stars.t)
+    used = np.isfinite(measured).all(axis=1) & _usable((one,), stars.t, around)
+    if used.sum() < _FEW:
+        return []
+    attitude = Rotation.from_quat(stars.seen[used], scalar_first=True)
+    known = _expected(one.of, around, stars.t[used])
+    off, turned = (_degrees(angles_between(measured[used], way.apply(known))) for way in (attitude.inv(), attitude))
+    noise = _degrees(np.hypot(sigma[used], stars.sigma[used]))
+    text = (
+        f"the {_NAMES[one.of]} ({one.name}) is {off:.1f} deg from where the attitude ({stars.name}) puts it in the "
+        f"middle of {used.sum()} readings, of which their noise is {noise:.1f}"
+    )
+    largest = max(_LARGEST_DEG, 3.0 * noise)
+    if off > largest:
+        text += (
+            f", and {turned:.1f} with its quaternions the other way round, body from inertial"
+            if turned < largest
+            else ": axes, a sign, a large bias, the order of the quaternion, or stamps of one of them"
+        )
+    numbers = {"direction_off_deg": off, "noise_deg": noise}
+    return [finding(f"{one.name}, {stars.name}", text, odd=off > largest, numbers=numbers)]
 
 
-def _expected(what: str, around: Around, t: np.ndarray) -> np.ndarray:
+def _usable(sights: tuple[_Sight, ...], t: Float[np.ndarray, "n"], around: Around) -> Bool[np.ndarray, "n"]:
+    """Sensors of the Sun tell nothing in the shadow."""
+    if not any(each.of == "sun" for each in sights):
+        return np.ones(t.size, dtype=bool)
+    return around.light_at(t) == 1.0
+
+
+def _degrees(angles: Float[np.ndarray, "n"]) -> float:
+    return math.degrees(float(np.median(np.abs(angles))))
+
+
+def _expected(what: str, around: Around, t: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n 3"]:
     return {"field": around.field_at, "sun": around.sun_at, "nadir": around.nadir_at}[what](t)

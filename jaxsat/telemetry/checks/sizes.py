@@ -7,6 +7,7 @@ import numpy as np
 from jaxsat.files.units import parsed_unit
 from jaxsat.sensors import Gyroscope, Magnetometer, Panels, Photodiodes, StarTracker, SunVector
 from jaxsat.sensors.abstract import AbstractSensor
+from jaxsat.sensors.mounting import vectors_of
 from jaxsat.significant import count_text
 from jaxsat.telemetry.checks.around import Around
 from jaxsat.telemetry.checks.finding import Finding, finding, times_text
@@ -23,7 +24,7 @@ def check_sizes(sensor: AbstractSensor, channel: Channel, around: Around) -> lis
     if not channel.t_s.size:
         return []
     if isinstance(sensor, Magnetometer):
-        return _unit_length(channel, channel.values) if sensor.unit_vector else _field(channel, around)
+        return _unit_length(channel, channel.values) if sensor.unit_vector else _field(sensor, channel, around)
     if isinstance(sensor, Gyroscope):
         return _rates(channel)
     if isinstance(sensor, Photodiodes):
@@ -58,11 +59,19 @@ def _unit_length(channel: Channel, values: np.ndarray) -> list[Finding]:
     return found
 
 
-def _field(channel: Channel, around: Around) -> list[Finding]:
+def as_the_file_has_it(sensor: Magnetometer, read: np.ndarray) -> np.ndarray:
+    """[n 3] the field in the sensor's axes by its nominal bias, scale and shear, from vectors that it reads there."""
+    yz, xz, xy = np.asarray(sensor.shear, float)
+    matrix = np.diag(np.asarray(sensor.scale, float)) + np.array([[0.0, xy, xz], [xy, 0.0, yz], [xz, yz, 0.0]])
+    return (read - np.asarray(sensor.bias, float)) @ np.linalg.inv(matrix)
+
+
+def _field(sensor: Magnetometer, channel: Channel, around: Around) -> list[Finding]:
     t, values = whole_rows(channel)
-    if values.shape[0] < 3 or values.shape[1] != 3:
+    read = vectors_of(values, sensor.axes)
+    if read is None or len(read) < 3:
         return []
-    size, model = np.linalg.norm(values, axis=1), np.linalg.norm(around.field_at(t), axis=1)
+    size, model = np.linalg.norm(as_the_file_has_it(sensor, read), axis=1), np.linalg.norm(around.field_at(t), axis=1)
     ratio = size / model
     middle = float(np.median(ratio))
     spread = 1.4826 * float(np.median(np.abs(ratio - middle)))

@@ -10,8 +10,9 @@ from jaxsat.environment import AbstractOrbit
 from jaxsat.errors import InputError
 from jaxsat.satellites.satellite import Satellite
 from jaxsat.sensors import Gyroscope
-from jaxsat.telemetry.checks.angles import check_angles
+from jaxsat.telemetry.checks.angles import check_angles, check_turning
 from jaxsat.telemetry.checks.around import Around, tabulated
+from jaxsat.telemetry.checks.calibration import check_calibration
 from jaxsat.telemetry.checks.finding import Finding, finding
 from jaxsat.telemetry.checks.sizes import check_sizes, whole_rows
 from jaxsat.telemetry.checks.stamps import check_columns, check_rows, check_spacing, check_turns
@@ -72,8 +73,9 @@ def check_session(satellite: Satellite, session: TableSession) -> SessionCheck:
     for name, channel in session.channels.items():
         findings += check_spacing(channel, satellite) + check_columns(channel)
         findings += check_sizes(satellite.model.sensors[name], channel, around)
+        findings += check_calibration(satellite, channel, around)
         findings += check_turns(channel, rates)
-    findings += check_angles(satellite, session, around)
+    findings += check_turning(satellite, session) + check_angles(satellite, session, around)
     return SessionCheck(satellite, session, tuple(findings))
 
 

@@ -18,11 +18,11 @@ def own_directory(tmp_path, monkeypatch):
 def test_the_names_reach_the_fit(monkeypatch):
     asked = []
 
-    def fit_table(satellite, session, settings, *, profiles, **_):
+    def fit(satellite, session, *, profiles, **_):
         asked.append(profiles)
         raise InputError("enough")
 
-    monkeypatch.setattr("fitting.sensed_run.fit_table", fit_table)
+    monkeypatch.setattr("fitting.run.fit", fit)
     assert run([*MUNIN, "--profile", "imax", "--profile", "rate.x"]) == 1
     assert run(MUNIN) == 1
     assert [list(names) for names in asked] == [["imax", "rate.x"], []]
@@ -42,12 +42,15 @@ def test_the_names_reach_the_fit(monkeypatch):
         ),
     ],
 )
-def test_what_has_no_profile_is_bad_input_before_the_work(options, reason, tmp_path, monkeypatch, capsys):
-    def identify(*_, **__):
+@pytest.mark.parametrize("command", [MUNIN, ["fit", "--out", "out"]], ids=["satellite", "RAW_SUN"])
+def test_what_has_no_profile_is_wrong_usage_before_a_file_is_read(
+    command, options, reason, tmp_path, monkeypatch, capsys
+):
+    def fit_one(*_, **__):
         raise AssertionError("the work has begun")
 
-    monkeypatch.setattr("fitting.sensed_run.identify", identify)
-    assert run([*MUNIN, *options]) == 1
+    monkeypatch.setattr("jaxsat.cli.fit.one.fit_one", fit_one)
+    assert run([*command, *options]) == 2
     error = capsys.readouterr().err.splitlines()[-1]
-    assert error.startswith("jaxsat: error: ") and reason in error
+    assert error.startswith("jaxsat: error: Invalid value for --profile: ") and reason in error
     assert list(tmp_path.iterdir()) == []

@@ -8,7 +8,7 @@ import pytest
 
 import fitting
 import jaxsat
-from fitting.sensed_settings import SensedSettings
+from fitting.settings import FitSettings
 from jaxsat.bundled import BUNDLED
 from jaxsat.cli.main import run
 from jaxsat.errors import InputError
@@ -27,8 +27,8 @@ def stripped(directory: Path) -> dict[str, object]:
 def test_python_writes_what_the_command_writes(fake_fit, tmp_path):
     satellite = jaxsat.read_satellite()
     session = jaxsat.read_telemetry(BUNDLED, satellite)
-    found = fitting.fit(satellite, session, free="alsI0,albedo", settings=SensedSettings(starts=256))
-    assert isinstance(found, fitting.SensedFit)
+    found = fitting.fit(satellite, session, free="alsI0,albedo", settings=FitSettings(starts=256))
+    assert isinstance(found, fitting.Fit)
     (warning,) = found.write(tmp_path / "python")
     assert warning.startswith("parameters.imax.sigma is not a finite number")
     assert run(["fit", "--free", "alsI0,albedo", "--out", str(tmp_path / "command")]) == 0

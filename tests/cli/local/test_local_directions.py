@@ -59,11 +59,11 @@ def columns(order=(0, 1, 2), signs=(1, 1, 1)) -> dict[str, np.ndarray]:
     return dict(zip(("bx", "by", "bz", "sx", "sy", "sz"), [*field.T, *sun.T], strict=True))
 
 
-def written(table, satellite=SATELLITE, axes=""):
+def written(table, satellite=SATELLITE, axes="", path="pass.csv"):
     stamps = EPOCH.iso_texts(T)[SHOWN]
     rows = zip(stamps, *(values[SHOWN] for values in table.values()), strict=True)
     lines = [",".join(["utc", *table]), *(",".join([f"{t}Z", *map(text, values)]) for t, *values in rows)]
-    Path("pass.csv").write_text("\n".join(lines) + "\n")
+    Path(path).write_text("\n".join(lines) + "\n")
     Path("sat.toml").write_text(satellite.replace("AXES", axes))
 
 
@@ -71,8 +71,8 @@ def text(value):
     return "" if np.isnan(value) else repr(float(value))
 
 
-def solved(*more, status=0):
-    assert run(["local", "pass.csv", "--satellite", "sat.toml", "--out", "out", *more]) == status
+def solved(*more, files=("pass.csv",), status=0):
+    assert run(["local", *files, "--satellite", "sat.toml", "--out", "out", *more]) == status
     with Path("out/attitude.csv").open() as stream:
         rows = list(csv.DictReader(stream))
     return rows, json.loads(Path("out/local.json").read_text())
@@ -83,14 +83,16 @@ def off_deg(rows, chosen):
     return np.degrees((Rotation.from_quat(q, scalar_first=True).inv() * BODY[chosen]).magnitude())
 
 
-def test_attitudes_and_rates_of_a_table(capsys):
+def test_attitudes_and_rates_of_two_tables(capsys):
     table = columns()
     for name in ("sx", "sy", "sz"):
         table[name][20:30] = np.nan
     for field, sun in (("bx", "sx"), ("by", "sy"), ("bz", "sz")):
         table[field][7] = 3e4 * table[sun][7]
-    written(table)
-    rows, document = solved()
+    written({name: values for name, values in table.items() if name[0] == "b"}, path="field.csv")
+    written({name: values for name, values in table.items() if name[0] == "s"}, path="sun.csv")
+    rows, document = solved(files=("field.csv", "sun.csv"))
+    assert document["telemetry"] == "field.csv, sun.csv" and document["sha256"].count(", ") == 1
     assert document["schema"] == "jaxsat.local/1" and document["method"] == "directions"
     assert document["status_counts"] == {"solved": 29, "inconsistent": 1, "unsolved": 10}
     assert document["reasons"]["only one direction is seen"] == 10
@@ -149,7 +151,17 @@ def test_refusals(more, status, said, capsys):
     assert said in " ".join(capsys.readouterr().err.replace("│", " ").split())
 
 
-def test_a_table_is_needed(capsys):
+def test_directions_that_contradict_each_other_are_no_success():
+    written(columns(signs=(-1, -1, -1)))
+    _, document = solved("--no-plots", status=3)
+    assert document["status_counts"]["inconsistent"] > 20
+
+
+def test_tables_and_a_satellite_need_each_other(capsys):
     written(columns())
     assert run(["local", "--satellite", "sat.toml"]) == 2
-    assert "needs a table" in capsys.readouterr().err
+    assert "needs at least one table" in capsys.readouterr().err
+    assert run(["local", "pass.csv"]) == 1
+    assert "pass.csv: a table needs a satellite file" in capsys.readouterr().err
+    assert run(["local", "a.RAW_SUN", "b.RAW_SUN"]) == 2
+    assert "one at a time" in capsys.readouterr().err

@@ -10,7 +10,15 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from fitting.local import sun_and_field
-from fitting.local.session import FEW_PANELS, OTHER_WAY, LocalSamples, solve_five_parameters, solve_sun_field
+from fitting.local.session import (
+    FEW_PANELS,
+    NOT_AS_FAR_APART,
+    OTHER_WAY,
+    LocalSamples,
+    solve_field_roll,
+    solve_five_parameters,
+    solve_sun_field,
+)
 from fitting.local.shares import mirror_earth, mirror_light
 from fitting.local.sun_body import SIDES, possible_sides
 from fitting.measurements.sky import Around, sky_at
@@ -141,6 +149,40 @@ def test_albedo_moves_the_sun_and_a_sun_across_x_leaves_its_sign(samples):
     refused = np.flatnonzero(np.array(found.status) == "solved")
     assert len(refused) and {against.reason[k] for k in refused} == {OTHER_WAY}
     assert not against.count[refused].any() and against.count[across_x] == 1
+
+
+@pytest.mark.slow
+def test_a_magnet_on_any_axis_and_one_that_is_not_on_the_field(samples):
+    """Sunlight alone on satellites whose body z is on the field's line."""
+    # Columns: body axes; x is across the field, towards the Sun's side but for a turn that differs from row to row.
+    z = samples.b_field_eci / np.linalg.norm(samples.b_field_eci, axis=1, keepdims=True)
+    y = np.cross(z, sun_eci())
+    y /= np.linalg.norm(y, axis=1, keepdims=True)
+    true = Rotation.from_matrix(np.stack([np.cross(y, z), y, z], axis=-1))
+    true = true * Rotation.from_rotvec(np.linspace(0.3, 5.0, len(z))[:, None] * [0.0, 0.0, 1.0])
+    sun = true.inv().apply(sun_eci())
+    currents = 0.23 * np.stack([np.maximum(sun, 0.0), np.maximum(-sun, 0.0)], axis=-1).reshape(-1, 6)
+    currents[CHOSEN.index(45)] = 0.0
+    here = dataclasses.replace(samples, currents=currents, axis_body=np.array([0.0, 0.0, 1.0]))
+    found = solve_field_roll(here)
+    lit = np.arange(len(CHOSEN)) != CHOSEN.index(45)
+    off = np.degrees(angle_between_attitudes(found.quaternion, true.as_quat(scalar_first=True)[:, None]))[lit]
+    # The last scan of rolls steps by 0.001 deg; another roll may explain three currents as well.
+    assert np.all(np.nanmin(off, axis=1) < 0.01)
+    assert found.fits and found.axis_off == 0.0 and {"solved", "unsolved"} <= set(found.status)
+    # Body x taken for the magnet's axis: the residuals say so, and no attitude passes for solved.
+    wrong = solve_field_roll(dataclasses.replace(here, axis_body=np.array([1.0, 0.0, 0.0])))
+    assert not wrong.fits and wrong.axis_off is not None and wrong.axis_off > np.radians(10.0)
+    assert {status for status, one in zip(wrong.status, lit, strict=True) if one} == {"does not fit"}
+
+
+@pytest.mark.slow
+def test_a_field_that_contradicts_the_sun_does_not_fit(samples):
+    field_body = field_in_body(samples, [])
+    first = int(np.flatnonzero(samples.currents.max(axis=1) > 2e-3)[0])
+    field_body[first] *= -1.0
+    found = solve_sun_field(samples, field_body, sun_sigma=np.radians(1.0), field_sigma=5e-7)
+    assert (found.status[first], found.reason[first]) == ("does not fit", NOT_AS_FAR_APART)
 
 
 def test_either_panel_of_a_pair_may_be_the_suns():

@@ -70,6 +70,13 @@ def test_any_body_direction_lies_along_the_axis(own):
     np.testing.assert_allclose(found @ (own / np.linalg.norm(own)), axis, atol=1e-14)
 
 
+@pytest.mark.parametrize("axis", [[0.5, -0.6, 0.6], [0.1, 0.2, 0.95], [-0.6, 0.3, -0.74]])
+def test_y_is_in_its_plane_whatever_lies_along_the_axis(axis):
+    axis = np.array(axis) / np.linalg.norm(axis)
+    found = dcm(start(jnp.asarray(axis), jnp.array([0.5, 0.6, -0.62])))
+    assert found[0 if abs(axis[2]) > 0.7 else 2, 1] == pytest.approx(0.0, abs=1e-14)
+
+
 def test_panels_are_sinusoids_of_the_turn():
     own = units()
     axis = jnp.asarray(dcm(Q) @ own)

@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import fitting
-from fitting.sensed_settings import SensedSettings
+from fitting.settings import FitSettings
 from jaxsat.satellites import read_numbers
 from jaxsat.satellites.described import LIMB, described
 from jaxsat.sensors import Albedo, LimbSensor
@@ -82,7 +82,7 @@ class Limited:
             t, values = channels["cells"].t_s[there], np.degrees(limb[there])
             channels[LIMB] = Channel.of(LIMB, satellite.channels[LIMB], t, values)
         session = dataclasses.replace(self.session, channels=channels)
-        return fitting.fit(satellite, session, free="state", settings=SensedSettings(starts=64)).result
+        return fitting.fit(satellite, session, free="state", settings=FitSettings(starts=64)).result
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pytest
 from scipy import stats
 
 from fitting.outcome.diagnostics import Diagnostics, diagnose
-from fitting.outcome.sensed_result import FITS, ChannelFit, SensedResult
+from fitting.outcome.result import FITS, ChannelFit, FitResult
 from fitting.outcome.series import LAGS, PanelResiduals, panel_residuals, slots
 
 SAMPLES = 70
@@ -22,7 +22,7 @@ def result_with(
     noise_mA: float = 2.0,
     t_s: np.ndarray | None = None,
     dof: int = 6 * SAMPLES,
-) -> SensedResult:
+) -> FitResult:
     """A fit of six panels whose residuals [time 6] are these; all else is made up."""
     n = len(residual_mA)
     weight = np.ones((n, 6)) if weight is None else weight
@@ -51,7 +51,7 @@ def result_with(
         residuals=tuple(panel_residuals(residual[counted[:, k], k], slot[counted[:, k]]) for k in range(6)),
         weight=weight,
     )
-    return SensedResult(
+    return FitResult(
         status="converged",
         message="",
         verdict=FITS,

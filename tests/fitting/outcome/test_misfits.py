@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitting.outcome.sensed_result import misfit_share
+from fitting.outcome.result import misfit_share
 
 MODELLED = np.tile([100.0, 0.0, 50.0], (20, 1))
 LEFT_OUT = np.arange(20) < 4

@@ -5,9 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fitting.outcome.result import CONVERGED, NOT_CONVERGED
-from fitting.outcome.sensed_result import FITS, WRONG_MODEL, ChannelFit, Holdout
-from fitting.outcome.sensed_verdict import Evidence, Witness, judge
+from fitting.outcome.result import CONVERGED, FITS, NOT_CONVERGED, WRONG_MODEL, ChannelFit, Holdout
+from fitting.outcome.verdict import Evidence, Witness, judge
 
 
 def channel(*, rms: float, outliers: int = 0, samples: int = 40, witness: bool = True) -> ChannelFit:

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from fitting.parameters.chosen import chosen_leaves
 from fitting.parameters.free import free_parameters
 from fitting.parameters.names import STATE
 from fitting.parameters.null_space import gauge_text, unseen_directions
-from fitting.sensed_run import chosen_leaves
 from jaxsat.satellites import Satellite, read_satellite
 
 MAGNET, INERTIA = np.array([0.3, 0.0, 0.0]), np.array([0.05, 0.06, 0.07, 0.001, -0.002, 0.003])

@@ -8,10 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from fitting.parameters.chosen import chosen_leaves
 from fitting.parameters.free import FreeParameters, free_parameters
 from fitting.parameters.names import STATE
 from fitting.parameters.tree import FreeLeaves
-from fitting.sensed_run import chosen_leaves
 from jaxsat.errors import InputError
 from jaxsat.satellites import Satellite, read_satellite
 

@@ -3,15 +3,15 @@
 from pathlib import Path
 
 import pytest
-from made_up_fit import make_sensed_result, make_session, write_made_up
+from made_up_fit import make_fit_result, make_session, write_made_up
 
-from fitting.outcome.sensed_result import SensedResult
+from fitting.outcome.result import FitResult
 from jaxsat.telemetry import TableSession
 
 
 @pytest.fixture
-def sensed_result() -> SensedResult:
-    return make_sensed_result()
+def fit_result() -> FitResult:
+    return make_fit_result()
 
 
 @pytest.fixture
@@ -20,8 +20,8 @@ def table_session() -> TableSession:
 
 
 @pytest.fixture(scope="session")
-def sensed_run(tmp_path_factory) -> Path:
+def fit_run(tmp_path_factory) -> Path:
     """The directory of a made-up fit without pictures; not to be changed."""
-    out = tmp_path_factory.mktemp("sensed") / "run"
+    out = tmp_path_factory.mktemp("fit") / "run"
     write_made_up(out, plots=False)
     return out

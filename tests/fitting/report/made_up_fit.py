@@ -7,14 +7,13 @@ import numpy as np
 
 from fitting.measurements.sky import Around
 from fitting.orbit.orbit_fit import OrbitFit, fit_orbit, states
-from fitting.outcome.result import FittedParameter
-from fitting.outcome.sensed_result import PREDICTS, Break, ChannelFit, Holdout, SensedResult
+from fitting.outcome.result import PREDICTS, Break, ChannelFit, FitResult, FittedParameter, Holdout
 from fitting.outcome.series import panel_residuals, slots
 from fitting.parameters.null_space import Direction
 from fitting.profile.profile import Profile
-from fitting.report.sensed.files import write_sensed
-from fitting.report.sensed.owned import owned_files
-from fitting.report.sensed.surroundings import Surroundings
+from fitting.report.fit.files import write_fit
+from fitting.report.fit.owned import owned_files
+from fitting.report.fit.surroundings import Surroundings
 from jaxsat.constants import EARTH_RADIUS_MEAN, EARTH_ROTATION_RATE
 from jaxsat.environment import KeplerOrbit, igrf_field, orbit_from_elements_km_deg
 from jaxsat.files.staging import staged_directory
@@ -74,12 +73,12 @@ def make_orbit_fit() -> OrbitFit:
 
 
 def write_made_up(
-    directory: Path, result: SensedResult | None = None, *, plots: bool, profiles: Sequence[Profile] = ()
+    directory: Path, result: FitResult | None = None, *, plots: bool, profiles: Sequence[Profile] = ()
 ) -> list[str]:
     """Writes the files of such a fit as the command does; returns warnings."""
-    result = result or make_sensed_result()
+    result = result or make_fit_result()
     with staged_directory(directory, owned_files(directory, result.channels)) as stage:
-        return write_sensed(
+        return write_fit(
             stage,
             result,
             telemetry="pass.csv",
@@ -147,7 +146,7 @@ def channel(
     )
 
 
-def make_sensed_result(**changes) -> SensedResult:
+def make_fit_result(**changes) -> FitResult:
     """The result, with other values of some fields."""
     rng = np.random.default_rng(1)
     channels = (
@@ -198,4 +197,4 @@ def make_sensed_result(**changes) -> SensedResult:
         "unseen": (Direction("common scale of magnet and inertia", 1e-6, "its prior", {"magnet.x": 0.01}),),
         "gauge": "|magnet| held at the nominal value",
     }
-    return SensedResult(**{**fields, **changes})
+    return FitResult(**{**fields, **changes})

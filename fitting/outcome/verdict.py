@@ -1,0 +1,230 @@
+"""The verdict of a fit in words: does it predict, fit, or deny the model, and what would explain the data."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.outcome.result import (
+    AMBIGUOUS,
+    AMBIGUOUS_VERDICT,
+    CONVERGED,
+    FITS,
+    FITS_ONLY,
+    NOT_CONVERGED,
+    PREDICTS,
+    UNDETERMINED,
+    WRONG_MODEL,
+    Break,
+    ChannelFit,
+    Holdout,
+)
+
+STALLED_DECREMENT = 0.1
+"""Cost that an undamped step may promise at a minimum."""
+MAX_CHI2_PER_READING = 4.0
+"""Beyond this, of all readings or of those of one channel, the model does not explain the data."""
+REMARKABLE_CHI2_PER_READING = 1.5
+WITHIN = 20.0
+"""Rise of chi2 (twice the cost) within which other axes or motions explain the data as well, at the stated noise."""
+UNKNOWN_DEG = 30.0
+"""1-sigma of an attitude that nothing tells."""
+MOST_LEFT_OUT = 0.25
+"""Share of a channel's readings that may be left out."""
+MOST_MISFITS = 0.05
+"""Share of the bright samples of panels that may be left out without being dimmer than modelled."""
+TOO_FAR = 2.0
+"""Held-out error over the promised one beyond which a fit does not predict."""
+MOST_CONTRADICTED = 0.2
+"""Share of the bright samples of a sensor of light that the computed shadow may contradict."""
+HELD_BY_PRIOR, FAR_OFF = "held by its prior", "far off its prior"
+WITHOUT_LIGHT = "at zero: a panel without light"
+"""Notes on a parameter."""
+ALIKE = 1e-4
+"""Probability of white noise below which neighbouring residuals are said to agree."""
+LATE_SIGMAS = 5.0
+"""Of a delay that residuals show, beyond which it is told."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What a verdict is made of."""
+
+    cost: float
+    promise: float
+    """Cost that an undamped step would still save."""
+    ratio: float
+    """Chi2 per degree of freedom."""
+    hopeless: bool
+    """Whether more readings were inexplicable than may be left out."""
+    channels: Mapping[str, ChannelFit]
+    alternatives: tuple[dict, ...]
+    attitude_sigma_deg: float
+    notes: Mapping[str, str]
+    held_out: bool
+    no_body: bool = False
+    """Whether the inertia tensor is that of no body."""
+
+
+@dataclass(frozen=True)
+class Witness:
+    """A sensor that was not fitted, asked whether it agrees with the motion."""
+
+    name: str
+    unit: str
+    samples: int
+    holdout: Holdout | None
+    """Of all its readings; None where all are outliers."""
+
+    @staticmethod
+    def of(channel: ChannelFit) -> "Witness | None":
+        """The channel as a witness; None where it is none, or has no reading."""
+        if not channel.witness or not len(channel.used):
+            return None
+        return Witness(channel.name, channel.unit, len(channel.used), channel.holdout)
+
+    @property
+    def outliers(self) -> int:
+        """Samples that no motion near this one makes."""
+        return self.samples if self.holdout is None else self.holdout.outliers
+
+    @property
+    def denies(self) -> bool:
+        """Whether it contradicts the motion: beyond what the fit promises, or with too many outliers."""
+        far = self.holdout is None or self.holdout.sigma_ratio > TOO_FAR
+        return far or self.outliers > MOST_LEFT_OUT * self.samples
+
+    @property
+    def text(self) -> str:
+        """What it says of the motion."""
+        found, held = f"the witness {self.name} {'denies' if self.denies else 'confirms'} the motion", self.holdout
+        if held is not None:
+            found += (
+                f": its readings are {held.rms:.2g} {self.unit} (RMS) off, {held.sigma_ratio:.1f} times what the fit "
+                "and its noise promise"
+            )
+        return found + (f"; {self.outliers} of {self.samples} are far off" if self.outliers else "")
+
+
+def judge(evidence: Evidence) -> tuple[str, str, str, tuple[str, ...]]:
+    """Status, verdict, its reason in a sentence, and remarks."""
+    remarks = tuple(_remarks(evidence))
+    found = _wrong(evidence)
+    if found is not None:
+        return NOT_CONVERGED, WRONG_MODEL, found, remarks
+    if not (np.isfinite(evidence.cost) and evidence.promise <= STALLED_DECREMENT):
+        reason = f"the solver stopped short of the minimum (a step would still save {evidence.promise:.2g})"
+        return NOT_CONVERGED, UNDETERMINED, reason, remarks
+    denied = [witness.text for witness in _witnesses(evidence) if witness.denies]
+    if denied:
+        reason = "; ".join(denied)
+        return NOT_CONVERGED, WRONG_MODEL, reason, remarks
+    # Residuals larger than stated make all differences of chi2 larger.
+    equals = [a for a in evidence.alternatives if a["chi2_above_best"] < WITHIN * max(1.0, evidence.ratio)]
+    if equals:
+        axes = sum(bool(a["axes"]) for a in equals)
+        what = "conventions of axes" if axes else "motions"
+        return AMBIGUOUS, AMBIGUOUS_VERDICT, f"{len(equals) + 1} {what} explain the data equally well", remarks
+    if not evidence.attitude_sigma_deg < UNKNOWN_DEG:
+        reason = f"the attitude is known to {evidence.attitude_sigma_deg:.0f} deg only: the sensors do not tell it"
+        return NOT_CONVERGED, UNDETERMINED, reason, remarks
+    if not evidence.held_out:
+        return (
+            CONVERGED,
+            FITS,
+            "one motion explains the data; hold a part of them out to see whether it predicts",
+            remarks,
+        )
+    bad = [
+        f"{name} {channel.holdout.sigma_ratio:.1f} times, {100 * lost:.0f} % of it far off"
+        for name, channel in evidence.channels.items()
+        if channel.holdout and not channel.witness
+        for lost in [float(np.mean(~channel.used[~channel.fitted]))]
+        if channel.holdout.sigma_ratio > TOO_FAR or lost > MOST_LEFT_OUT
+    ]
+    if bad:
+        reason = f"held-out readings are farther off than the fit promises ({'; '.join(bad)})"
+        # A witness against the model: scripts that ask for the status alone must not take it for a good fit.
+        return NOT_CONVERGED, FITS_ONLY, reason + ": look for a missing term of a sensor, or a break", remarks
+    return CONVERGED, PREDICTS, "one motion explains the data and predicts what was held out", remarks
+
+
+def _wrong(evidence: Evidence) -> str | None:
+    """Why the model is not that of the data; None where it may be."""
+    for name, channel in evidence.channels.items():
+        if channel.contradicted > MOST_CONTRADICTED * channel.bright:
+            return (
+                f"the computed shadow contradicts {channel.contradicted} samples of {name}, which has {channel.bright} "
+                "bright ones: check epoch, orbit and Sun"
+            )
+    for name, channel in evidence.channels.items():
+        chi2 = channel.chi2_per_reading
+        if chi2 is not None and chi2 > MAX_CHI2_PER_READING:
+            return (
+                f"{name} does not fit: its residuals are {np.sqrt(chi2):.1f} times the stated noise; free more of "
+                f"the satellite or of {name} (bias, turn, scale, stray, delay), or state the noise it deserves"
+            )
+        if channel.misfits > MOST_MISFITS:
+            return (
+                f"{100 * channel.misfits:.0f} % of the bright samples of {name} fit no attitude, and no limited "
+                "current dims them: the model is wrong; free more of the satellite (rods, inertia, magnet)"
+            )
+        if channel.fitted.any():
+            lost = 1.0 - float(channel.used[channel.fitted].mean())
+            if lost > MOST_LEFT_OUT and channel.kind not in ("Panels", "Photodiodes", "SunVector", "SunAngles"):
+                return f"{100 * lost:.0f} % of the readings of {name} fit no motion of this model"
+    if evidence.hopeless or evidence.ratio > MAX_CHI2_PER_READING:
+        return "the best minimum found does not explain the data; free more parameters, or state the noise they deserve"
+    return None
+
+
+def _witnesses(evidence: Evidence) -> list[Witness]:
+    found = map(Witness.of, evidence.channels.values())
+    return [witness for witness in found if witness is not None]
+
+
+def _remarks(evidence: Evidence):
+    yield from (witness.text for witness in _witnesses(evidence) if not witness.denies)
+    for name, channel in evidence.channels.items():
+        count = int((~channel.used & channel.fitted).sum()) - channel.contradicted
+        if channel.contradicted:
+            all_of = f"{channel.contradicted} of {int(channel.fitted.sum())} samples of {name}"
+            yield f"{all_of} left out where light and computed shadow disagree"
+        if count > 0:
+            yield f"{count} of {int(channel.fitted.sum())} samples of {name} left out as outliers or in doubtful light"
+        chi2 = channel.chi2_per_reading
+        if chi2 is not None and REMARKABLE_CHI2_PER_READING < chi2 <= MAX_CHI2_PER_READING:
+            yield f"residuals of {name} are {np.sqrt(chi2):.2f} times the stated noise"
+        delay, sigma = channel.delay_s, channel.delay_sigma_s
+        if delay is not None and sigma is not None and abs(delay) > LATE_SIGMAS * sigma:
+            late = "late" if delay > 0 else "early"
+            yield f"stamps of {name} look {abs(delay):.2g} s {late}: give channels.{name}.delay_s a sigma"
+        alike = [
+            one.lag1 or 0.0
+            for one in channel.residuals
+            if (1.0 if one.ljung_box_p is None else one.ljung_box_p) < ALIKE
+        ]
+        if alike:
+            yield f"neighbouring residuals of {name} agree beyond chance (lag 1: {max(alike, key=abs):+.2f})"
+        for each in channel.breaks:
+            yield (
+                f"{name} breaks at {each.t_s:.0f} s: from there on a turn of {each.turn_deg:.1f} deg and a change of "
+                f"bias by {each.bias:.2g} {channel.unit} explain what is off{_left(each, channel)}"
+            )
+    held, far = ([name for name, note in evidence.notes.items() if note == which] for which in (HELD_BY_PRIOR, FAR_OFF))
+    if held:
+        yield f"held by their priors, the data say nothing of them: {', '.join(held)}"
+    if far:
+        yield (
+            f"further from the file's values than its sigmas allow: {', '.join(far)}; look at what scales with them "
+            "(a coil's area, a unit) or passes for them (a late stamp for a turn, a stray field for a bias)"
+        )
+    if evidence.no_body:
+        yield "the inertia tensor is not that of a body (triangle inequality)"
+    yield from (f"{name} is {note}" for name, note in evidence.notes.items() if note not in (HELD_BY_PRIOR, FAR_OFF))
+
+
+def _left(found: Break, channel: ChannelFit) -> str:
+    if not found.left:
+        return ""
+    return f", but for {', '.join(f'{rms:.2g}' for rms in found.left)} {channel.unit} RMS"

@@ -1,0 +1,132 @@
+"""The verdict on evidence that is made by hand: each word, and what the data deny is never converged."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from fitting.outcome.result import Break, ChannelFit, Holdout
+from fitting.outcome.verdict import Evidence, judge
+
+N = 40
+
+
+def channel(**changed):
+    """A magnetometer whose residuals are its noise, a quarter of its samples held out and predicted as promised."""
+    fitted = np.arange(N) < 30
+    blank = np.zeros((N, 3))
+    usual = ChannelFit(
+        name="mag",
+        kind="Magnetometer",
+        unit="uT",
+        columns=("bx", "by", "bz"),
+        t_s=np.arange(N, dtype=float),
+        measured=blank,
+        modelled=blank,
+        sigma=0.3,
+        residual=blank,
+        promised=np.ones((N, 3)),
+        fitted=fitted,
+        used=np.ones(N, bool),
+        rms=0.3,
+        chi2_per_reading=1.0,
+        angle_deg=0.4,
+        holdout=Holdout(30, 0, 0.33, 0.32, 0.5),
+        delay_s=None,
+        delay_sigma_s=None,
+    )
+    return dataclasses.replace(usual, **changed)
+
+
+def verdict(mag=None, **changed):
+    usual = {
+        "cost": 100.0,
+        "promise": 1e-4,
+        "ratio": 1.0,
+        "hopeless": False,
+        "channels": {"mag": mag or channel()},
+        "alternatives": (),
+        "attitude_sigma_deg": 0.5,
+        "notes": {},
+        "held_out": True,
+    }
+    return judge(Evidence(**{**usual, **changed}))
+
+
+def test_what_fits_and_predicts():
+    assert verdict()[:2] == ("converged", "predicts") and verdict()[3] == ()
+    assert verdict(channel(fitted=np.ones(N, bool), holdout=None), held_out=False)[:2] == ("converged", "fits")
+
+
+@pytest.mark.parametrize(
+    ("mag", "words"),
+    [
+        (channel(holdout=Holdout(30, 0, 1.0, 0.32, 5.0)), "mag 3.1 times"),
+        (channel(used=np.arange(N) < 33), "70 % of it far off"),
+    ],
+)
+def test_what_fits_and_does_not_predict_is_not_converged(mag, words):
+    status, word, message, _ = verdict(mag)
+    assert (status, word) == ("not_converged", "fits, does not predict") and words in message
+
+
+@pytest.mark.parametrize(
+    ("mag", "changed", "words"),
+    [
+        (channel(chi2_per_reading=9.0), {}, "3.0 times the stated noise"),
+        (channel(used=np.arange(N) >= 12), {}, "40 % of the readings of mag"),
+        (
+            channel(bright=20, contradicted=5),
+            {},
+            "the computed shadow contradicts 5 samples of mag, which has 20 bright ones: check",
+        ),
+        (None, {"hopeless": True}, "does not explain"),
+        (None, {"ratio": 5.0}, "does not explain"),
+    ],
+)
+def test_what_the_residuals_deny_is_not_this_model(mag, changed, words):
+    status, word, message, _ = verdict(mag, **changed)
+    assert (status, word) == ("not_converged", "not this model") and words in message
+
+
+def test_what_nothing_tells():
+    assert verdict(attitude_sigma_deg=70.0)[:2] == ("not_converged", "undetermined")
+    assert verdict(attitude_sigma_deg=np.inf)[:2] == ("not_converged", "undetermined")
+    assert verdict(promise=3.0)[:2] == ("not_converged", "undetermined")
+    assert verdict(cost=np.nan)[:2] == ("not_converged", "undetermined")
+
+
+@pytest.mark.parametrize(("above", "word"), [(12.0, "ambiguous"), (25.0, "predicts")])
+def test_other_axes_within_ten_of_the_cost_are_told(above, word):
+    other = {"chi2_above_best": above, "attitude_distance_deg": 90.0, "axes": {"mag": ["+y", "-x", "+z"]}}
+    status, found, message, _ = verdict(alternatives=(other,))
+    assert found == word and (status == "ambiguous") == (word == "ambiguous")
+    assert word != "ambiguous" or message.startswith("2 conventions of axes")
+
+
+def test_what_is_odd_is_said():
+    mag = channel(
+        used=np.arange(N) != 3,
+        chi2_per_reading=2.0,
+        delay_s=1.2,
+        delay_sigma_s=0.1,
+        breaks=(Break(12.0, 9.5, 0.4, 500.0),),
+    )
+    remarks = "\n".join(verdict(mag, notes={"inertia.yy": "held by its prior", "sun.gain.+x": "at its bound"})[3])
+    for words in (
+        "1 of 30 samples",
+        "1.41 times",
+        "1.2 s late",
+        "9.5 deg",
+        "inertia.yy",
+        "sun.gain.+x is at its bound",
+    ):
+        assert words in remarks
+
+
+def test_what_a_shadow_leaves_out_is_told_apart_from_outliers():
+    mag = channel(used=np.arange(N) >= 5, bright=30, contradicted=3)
+    assert verdict(mag)[3] == (
+        "3 of 30 samples of mag left out where light and computed shadow disagree",
+        "2 of 30 samples of mag left out as outliers or in doubtful light",
+    )
