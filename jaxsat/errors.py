@@ -3,6 +3,11 @@
 from pathlib import Path
 
 
+def _shown(text: str) -> str:
+    """One line that any terminal can show: names of files and what they hold may have anything in them."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+
+
 class InputError(ValueError):
     """Bad input: says which file, row and field, what was found and what was expected.
 
@@ -17,5 +22,5 @@ class InputError(ValueError):
         if row is not None:
             place += f":{row}"
         parts = [part for part in (place, field, " ".join(reason.split())) if part]
-        super().__init__(": ".join(parts))
+        super().__init__(_shown(": ".join(parts)))
         self.reason, self.file, self.row, self.field = reason, file, row, field

@@ -1,0 +1,26 @@
+"""Reads a JSON file of a fit back, and looks at it once: types, and numbers in their range."""
+
+from pathlib import Path
+from typing import Any
+
+from fitting.report.fit.document import SCHEMA
+from fitting.report.schema.fit_file import Fit
+from fitting.report.schema.kinds import Stored
+from fitting.report.schema.provenance_file import Provenance
+from fitting.report.schema.scene_file import Scene
+from jaxsat.errors import InputError
+from jaxsat.files.json_files import read_json
+from jaxsat.files.toml_files import validated
+
+LIMIT_BYTES = 256 * 2**20
+FIT, PROVENANCE, SCENE = SCHEMA, "jaxsat.provenance/1", "jaxsat.scene/1"
+_KINDS: dict[str, type[Stored]] = {FIT: Fit, PROVENANCE: Provenance, SCENE: Scene}
+
+
+def read_stored(path: Path, schema: str) -> dict[str, Any]:
+    """Returns the content of one of the files as it stands; `InputError` where it is not what its schema says."""
+    document = read_json(path, limit_bytes=LIMIT_BYTES, kind=path.name)
+    if document.get("schema") != schema:
+        raise InputError(f"expected {schema}, got {str(document.get('schema'))[:40]}", file=path, field="schema")
+    validated(_KINDS[schema], document, path)
+    return document
