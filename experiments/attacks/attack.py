@@ -21,7 +21,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
-from experiments.attacks.mutate import mutated
+from experiments.attacks.mutate import mutated, summed
 from jaxsat.errors import InputError
 
 LIMIT_S = 5.0
@@ -51,6 +51,7 @@ def batch(kind: str, begin: int, end: int, seed: int, folder: Path) -> tuple[str
         for number in range(begin, end):
             rng = random.Random(f"{seed} {kind} {number}")
             data = mutated(rng.choice(contents), rng)
+            data = summed(data) if kind == "tle" else data
             path = Path(place) / f"input{ending}"
             path.write_bytes(data)
             outcome, where = tried(read, path)
@@ -107,8 +108,9 @@ def attacked(inputs: int, seed: int, jobs: int, out: Path) -> dict[str, Any]:
             tasks += [
                 pool.submit(batch, kind, begin, min(begin + BATCH, size), seed, out) for begin in range(0, size, BATCH)
             ]
-        for task in as_completed(tasks):
+        for done, task in enumerate(as_completed(tasks), 1):
             kind, found, failures = task.result()
+            print(f"{done} of {len(tasks)} batches", end="\r", flush=True)
             counts[kind] += found
             for where, data in failures.items():
                 if places[f"{kind}: {where}"] == 0:

@@ -189,8 +189,8 @@ def readers(run: Path) -> dict[str, tuple[str, float, Callable[[Path], str]]]:
         "given": (".toml", 0.06, given),
         "plan": (".json", 0.06, plan),
     }
-    for name, share in (("fit.json", 0.01), ("provenance.json", 0.01), ("scene.json", 0.003)):
+    for name, share in (("fit.json", 0.004), ("provenance.json", 0.004), ("scene.json", 0.002)):
         found[f"view {name}"] = (".json", share, view_of(name, run))
     for name in ("attitude.csv", "channel-cells.csv"):
-        found[f"view {name}"] = (".csv", 0.006, view_of(name, run))
+        found[f"view {name}"] = (".csv", 0.002, view_of(name, run))
     return found

@@ -9,6 +9,7 @@ from fitting.report.schema.kinds import (
     Instant,
     Maybe,
     MaybeTriple,
+    Moderate,
     Name,
     Rotation,
     Seconds,
@@ -157,7 +158,7 @@ class Attitude(Stored):
     t_s: list[Seconds] = Field(min_length=1)
     quaternion_inertial_from_body: list[Rotation]
     angular_velocity_rad_s: list[MaybeTriple]
-    field_angle_deg: list[Maybe] | None
+    field_angle_deg: list[Moderate | None] | None
 
 
 class Orbit(Stored):

@@ -25,9 +25,11 @@ Instant = Annotated[str, AfterValidator(_instant)]
 Seconds = Annotated[float, Field(ge=-1e10, le=1e10)]
 Words = Annotated[str, Field(min_length=1)]
 Name = Annotated[str, Field(min_length=1), AfterValidator(_seen)]
-Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
-MaybeTriple = Annotated[list[Maybe], Field(min_length=3, max_length=3)]
-Rotation = Annotated[list[Maybe], Field(min_length=4, max_length=4)]
+Moderate = Annotated[float, Field(ge=-1e15, le=1e15)]
+"""Of what is squared: a position [m] and whatever is smaller."""
+Triple = Annotated[list[Moderate], Field(min_length=3, max_length=3)]
+MaybeTriple = Annotated[list[Moderate | None], Field(min_length=3, max_length=3)]
+Rotation = Annotated[list[Moderate | None], Field(min_length=4, max_length=4)]
 Span = Annotated[list[Seconds], Field(min_length=2, max_length=2)]
 
 
