@@ -16,6 +16,7 @@ from fitting.measurements.given import is_told
 from fitting.measurements.sky import Around
 from fitting.orbit.orbit_fit import OrbitFit
 from fitting.outcome.summary import summarize
+from fitting.outcome.verdict import Background
 from fitting.parameters.chosen import chosen_leaves, spelt_out
 from fitting.parameters.free import FreeParameters, free_parameters
 from fitting.profile.profiler import Profiler
@@ -29,6 +30,7 @@ from jaxsat.satellites import Satellite
 from jaxsat.satellites.model import Leaf
 from jaxsat.telemetry import TableSession
 from jaxsat.telemetry.table.motion import motion_for
+from jaxsat.time import SECONDS_PER_DAY
 
 
 def fit(
@@ -81,13 +83,21 @@ def fit(
         )
     except InputError as error:
         raise InputError(error.reason, file=error.file or session.paths[0], field=error.field) from None
-    result = summarize(found)
+    result = summarize(found, _background(session, task.orbit_fit))
     profiler(found)
     timing = {**result.timing_s, "prepare": result.timing_s["prepare"] + prepared}
     timing["total"] = time.perf_counter() - began
     result = dataclasses.replace(result, timing_s=timing, remarks=(*task.remarks, *result.remarks))
     about = session, satellite, settings, task.around, task.orbit_fit, task.sky
     return Fit(result, found, *about, profiler.profiles, profiler.reasons)
+
+
+def _background(session: TableSession, orbit_fit: OrbitFit | None) -> Background:
+    """What is known beside the readings."""
+    missed = None if orbit_fit is None else orbit_fit.rms_after_m
+    known = session.elements_epoch
+    age = None if known is None else session.epoch.seconds_since(known) / SECONDS_PER_DAY
+    return Background(missed, age)
 
 
 @dataclass(frozen=True)

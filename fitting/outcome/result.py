@@ -16,6 +16,9 @@ MILLIAMPERES = {"A": 1e3, "mA": 1.0, "uA": 1e-3}
 WILD = 4.0
 """A reading that was not fitted and lies beyond so many times the limit of an outlier is that of no motion near."""
 
+DENIED_P = 1e-9
+"""Probability below which chance is no explanation."""
+
 
 @dataclass(frozen=True)
 class FittedParameter:
@@ -48,6 +51,32 @@ class Holdout:
     def sigma_ratio(self) -> float:
         """Found over promised: beyond 2 the model is wrong where it was not fitted."""
         return self.rms / self.promised_rms
+
+
+@dataclass(frozen=True)
+class Wish:
+    """How a witness would move the unknowns of a fit: see `fitting.outcome.witness`."""
+
+    directions: int
+    """Combinations of unknowns that it sees."""
+    strength: float
+    """Chi-square of the move by what covariance and noise allow."""
+    p: float
+    """Probability of as much or more where the fit is right."""
+    explained: float
+    """Share of the squares of its residuals that the move explains."""
+    believed: bool
+    """Whether that is enough, or the fit's own chi2 is doubtful too."""
+
+    @property
+    def sigmas(self) -> float:
+        """RMS of the move over what is allowed."""
+        return (self.strength / self.directions) ** 0.5
+
+    @property
+    def denies(self) -> bool:
+        """Whether no right fit is moved so far."""
+        return self.believed and self.p < DENIED_P
 
 
 @dataclass(frozen=True)
@@ -110,6 +139,8 @@ class ChannelFit:
     """Those left out because the computed shadow contradicts them."""
     witness: bool = False
     """Not fitted, but asked whether it agrees: all its readings count as held out."""
+    wish: Wish | None = None
+    """Of a witness: where it would move the fit."""
     direct: np.ndarray | None = None
     """[time readings] of solar panels: the part of direct sunlight in `modelled`."""
     weight: np.ndarray | None = None
@@ -160,8 +191,6 @@ class FitResult:
     """Other motions or conventions: `chi2_above_best`, `attitude_distance_deg`, `axes`."""
     limited: np.ndarray | None = None
     """[time] bool: every sensor of light with a reading there was left out as current-limited or otherwise outlying."""
-    unseen: tuple[Direction, ...] = ()
-    """Combinations of which the data say nothing, or less than the priors."""
     gauge: str | None = None
     """What no channel tells and what holds it in its place: a definition, or the priors."""
     unseen: tuple[Direction, ...] = ()
