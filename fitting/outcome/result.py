@@ -159,6 +159,23 @@ def misfit_share(left_out: np.ndarray, measured: np.ndarray, modelled: np.ndarra
 
 
 @dataclass(frozen=True)
+class Cause:
+    """Something that may be wrong with data or satellite file: what it would explain."""
+
+    kind: str
+    cause: str
+    meaning: str
+    chi2_before: float
+    chi2_after: float
+    added: int
+    """Numbers that were found with it."""
+    explains: bool
+    """Whether little more than noise is left."""
+    option: str = ""
+    """How a fit would be told so; empty where there is no such option."""
+
+
+@dataclass(frozen=True)
 class FitResult:
     """Outcome of one fit; arrays of the motion run over the union of all channels' times, held-out ones included."""
 
@@ -199,6 +216,8 @@ class FitResult:
     field_angle_deg: np.ndarray | None = None
     """[time] between body x and the magnetic field."""
     field_angle_sigma_deg: np.ndarray | None = None
+    causes: tuple[Cause, ...] = ()
+    """What would explain the data that the fit does not, the best first; looked for where it is denied."""
 
     @property
     def residual_rms_mA(self) -> float | None:

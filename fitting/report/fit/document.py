@@ -63,6 +63,7 @@ def fit_document(
         "correlations": {name: dict(row) for name, row in result.correlations.items()},
         "axes": {name: list(axes) for name, axes in result.axes.items()},
         "alternatives": list(result.alternatives),
+        "causes": [asdict(cause) for cause in result.causes],
         "delays": delays(result),
         "breaks": [break_document(name, c) for name, c in result.channels.items() if c.breaks],
         "channels": {name: channel_document(c) for name, c in result.channels.items()},

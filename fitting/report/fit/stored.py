@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.outcome.result import Break, ChannelFit, FitResult, FittedParameter, Holdout, Wish
+from fitting.outcome.result import Break, Cause, ChannelFit, FitResult, FittedParameter, Holdout, Wish
 from fitting.outcome.series import PanelResiduals
 from fitting.parameters.null_space import Direction
 from fitting.report.fit.owned import file_stems
@@ -45,6 +45,7 @@ def stored_result(directory: Path, fit: dict, provenance: dict, columns: Columns
         channels={name: _channel(name, fit, table) for name, table in tables.items()},
         axes=fit["axes"],
         alternatives=tuple(fit["alternatives"]),
+        causes=tuple(Cause(**each) for each in fit["causes"]),
         timing_s=fit["timing_s"],
         field_angle_deg=_known(attitude["field_angle_deg"]),
         field_angle_sigma_deg=_known(attitude["field_angle_sigma_deg"]),
