@@ -20,6 +20,7 @@ from fitting.profile.profile import Profile
 from fitting.report.fit.owned import owned_files
 from fitting.report.fit.surroundings import Surroundings
 from fitting.settings import FitSettings
+from fitting.solvers.least_squares import prior_information
 from jaxsat.files.staging import staged_directory
 from jaxsat.satellites import Satellite
 from jaxsat.telemetry import TableSession
@@ -65,7 +66,8 @@ class Fit:
         free = np.array([free for _, free in self._unknowns()])
         point = self.found.minima[0].refined.points
         pressed = at_bound(np.asarray(point.x)[0], np.asarray(point.gradient)[0], self.found.parameters.bounds())
-        return covariance(np.asarray(point.hessian[0]), free & ~pressed)[np.ix_(free, free)]
+        moves, prior = free & ~pressed, prior_information(len(free))
+        return covariance(np.asarray(point.hessian[0]), moves, prior)[np.ix_(free, free)]
 
     def _unknowns(self):
         return zip(self.found.parameters.names, self.found.parameters.everything, strict=True)

@@ -2,7 +2,9 @@
 
 import threading
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -23,6 +25,7 @@ from fitting.starts.ladder import directed_samples, first_guesses, telling_sampl
 from fitting.starts.mounting import with_turns
 from fitting.starts.multi_start import Progress, compile_solvers
 from fitting.starts.sights import Sights, sights_of
+from fitting.starts.silent import Silent, silent_panels
 from fitting.starts.stretches import longest_stretch
 from jaxsat.errors import InputError
 from jaxsat.integrators import RK4, step_for
@@ -31,6 +34,12 @@ from jaxsat.satellites.model import Model
 
 COARSE_TOLERANCE, FINE_TOLERANCE = 4e-2, 2e-4
 """Integration error over the session allowed while arcs grow and at the end [rad]."""
+
+
+HARDER = 3
+"""Times as many starts, of as many more steps, where the first arc is explained and the data are not."""
+MOST_GIVEN = 8
+"""Conventions of axes that are refined along a motion that is given."""
 
 
 @dataclass(frozen=True)
@@ -81,23 +90,24 @@ def identify(
         raise InputError(f"only {fitted} samples to fit; a fit needs at least {FIRST_ARC}")
     span = max(float(samples.t[fitted - 1] - samples.t[0]), 1.0)
     whole_span = max(float(np.ptp(samples.t)), 1.0)
-    build = {"whole": samples, "delayed": delayed}
+    build = partial(build_problem, model=model, around=around, whole=samples, delayed=delayed)
     # The sky first, on the coarsest grid: sights need no motion.
-    first = build_problem(samples, model, around, max_step=settings.step_s, room_for=settings.step_s, **build)
+    first = build(samples, max_step=settings.step_s, room_for=settings.step_s)
     check_sunlit(first, {name: channel.witness for name, channel in samples.channels.items()}, FIRST_ARC)
-    found = conventions(first, samples, unknown_axes)
-    sights = sights_of(with_axes(first, found[0]), samples)
+    seeing = samples.part(slice(fitted))
+    found = conventions(first, seeing, unknown_axes)
+    sights = sights_of(with_axes(first, found[0]), seeing)
     fastest = max(_seen_rate(sights), float(np.radians(settings.max_rate_deg_s)))
     step = min(settings.step_s, step_for(RK4, fastest, span, COARSE_TOLERANCE))
     finest = min(step, step_for(RK4, 1.3 * fastest + 1e-3, whole_span, FINE_TOLERANCE))
     telling = telling_samples(sights)
-    telling = telling[telling < fitted]
     if len(telling) < FIRST_ARC:
         raise InputError(f"only {len(telling)} samples tell a direction; a fit needs at least {FIRST_ARC}")
     mask = np.isin(np.arange(len(samples.t)), telling)
     begin = longest_stretch(samples.t, mask) if samples.given is None else 0
-    part = samples.since(begin)
-    coarse = build_problem(part, model, around, max_step=step, room_for=finest, sky=first.sky, **build)
+    part, seeing = samples.part(slice(begin, None)), seeing.part(slice(begin, None))
+    build = partial(build, room_for=finest, sky=first.sky)
+    coarse = build(part, max_step=step)
     tabulated = time.perf_counter()
     progress("compiling", 0, 1)
     compilations = compile_solvers(coarse, parameters, settings.solver)
@@ -108,41 +118,78 @@ def identify(
             compilation.result()
     compiled = time.perf_counter()
 
-    def started(convention: Convention, count: int) -> Run:
-        problem = with_axes(coarse, convention)
-        rng = np.random.default_rng(settings.seed)
-        guesses = first_guesses(sights_of(problem, part), 0, count, fastest, rng)
-        return Run(convention, problem, guesses.starts(len(parameters.everything)))
-
     use = usable(coarse, part)
     use[fitted - begin :] = 0.0
-    if samples.given is None:
-        runs = [started(each, settings.starts) for each in found]
-        seen = directed_samples(sights)
-        grow(runs, seen[(seen >= begin) & (seen < fitted)] - begin, fitted - begin - 1, parameters, use, progress)
-    else:
-        runs = [started(each, 1) for each in found[:8]]
+    silent, seen = silent_panels(seeing, model, parameters), directed_samples(sights)
+    search = _Search(coarse, seeing, silent, seen[seen >= begin] - begin, use, fastest, parameters, settings, progress)
+
+    def minima(runs: list[Run]) -> Iterator[Minimum]:
+        fine_step = _fine_step(runs, settings.step_s, whole_span)
+        fine = build(samples, max_step=max(min(step, fine_step), finest))
+        weight = usable(fine, samples)
+        weight[fitted:] = 0.0
         for run in runs:
-            run.starts = with_turns(run.starts, run.problem, part, parameters, fitted - begin)
-    fine_step = _fine_step(runs, settings.step_s, whole_span)
-    longest = max(min(step, fine_step), finest)
-    fine = build_problem(samples, model, around, max_step=longest, room_for=finest, sky=first.sky, **build)
-    weight = usable(fine, samples)
-    weight[fitted:] = 0.0
-    minima = []
-    for run in runs:
-        problem = with_axes(fine, run.convention)
-        starts = run.starts
-        if begin > 0:
-            starts = carried_back(starts, parameters, samples, begin, problem.model, around, fine_step)
-        if len(starts.cost):
-            refined = _refined(problem, parameters, starts, weight, around, settings, progress)
-            minima.append(Minimum(run.convention, problem, refined))
-    if not minima:
+            problem, starts = with_axes(fine, run.convention), run.starts
+            if begin > 0:
+                starts = carried_back(starts, parameters, samples, begin, problem.model, around, fine_step)
+            if len(starts.cost):
+                refined = _refined(problem, parameters, starts, weight, around, settings, progress)
+                yield Minimum(run.convention, problem, refined)
+
+    runs, begun = search.along_given(found) if samples.given is not None else search.blind(found)
+    best = list(minima(runs))
+    if begun and all(minimum.refined.hopeless[0] for minimum in best):
+        # The model may be wrong; or the way from the first arc to the last is narrow, and too few starts were on it.
+        best += minima(search.blind(found, HARDER)[0])
+    if not best:
         raise InputError("no start survives: the nominal satellite or the noise is out of all range")
-    minima.sort(key=lambda minimum: minimum.refined.score[0])
+    best.sort(key=lambda minimum: minimum.refined.score[0])
     timing = {"prepare": tabulated - began, "compile": compiled - tabulated, "solve": time.perf_counter() - compiled}
-    return Identified(tuple(minima), samples, parameters, fitted, finest, timing)
+    return Identified(tuple(best), samples, parameters, fitted, finest, timing)
+
+
+@dataclass(frozen=True)
+class _Search:
+    """From first guesses to motions that explain the whole of what is fitted, on a coarse grid."""
+
+    problem: Problem
+    seeing: Samples
+    """Those that are fitted, from the problem's first one on."""
+    silent: Silent
+    seen: np.ndarray
+    """Numbers of the samples that see something."""
+    use: np.ndarray
+    """[samples channels] weight of the measurements."""
+    fastest: float
+    """[rad/s]"""
+    parameters: FreeParameters
+    settings: FitSettings
+    progress: Progress
+
+    def blind(self, found: list[Convention], effort: int = 1) -> tuple[list[Run], bool]:
+        """Motions under each convention of axes, and whether one of them explained the first arc."""
+        runs = [self._started(each, self.settings.starts * effort, effort - 1) for each in found]
+        last = len(self.seeing.t) - 1
+        begun = grow(runs, self.seen, last, self.parameters, self.use, self.progress, effort=effort)
+        return runs, begun
+
+    def along_given(self, found: list[Convention]) -> tuple[list[Run], bool]:
+        """The likeliest conventions along the motion that is given, sensors mounted as they see it."""
+        runs = [self._started(each, 1, 0) for each in found[:MOST_GIVEN]]
+        for run in runs:
+            run.starts = with_turns(run.starts, run.problem, self.seeing, self.parameters)
+        return runs, False
+
+    def _started(self, convention: Convention, count: int, seed: int) -> Run:
+        problem = with_axes(self.problem, convention)
+        rng = np.random.default_rng([self.settings.seed, seed])
+        guesses = first_guesses(sights_of(problem, self.seeing), 0, count, self.fastest, rng)
+        starts = guesses.starts(np.zeros(len(self.parameters.everything)))
+        if self.silent.panels:
+            sights = sights_of(problem, self.silent.left_out(self.seeing))
+            guesses = first_guesses(sights, 0, count, self.fastest, rng)
+            starts = starts.followed_by(guesses.starts(self.silent.unknowns(self.parameters)))
+        return Run(convention, problem, starts)
 
 
 def _refined(problem, parameters, starts, weight, around, settings, progress) -> Refined:

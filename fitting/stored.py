@@ -5,10 +5,12 @@ it. Here the traced program is kept too (`jax.export`), under a name that holds 
 package's sources, the versions, the platform, and the structure, shapes and static parts of the arguments.
 
 A kept program knows arrays alone, so the object that its results belong in is pickled beside it, with nothing in the
-places of its arrays. The directory is trusted as XLA's cache in it is: both run what they find there.
+places of its arrays. The directory is trusted as XLA's cache in it is: both run what they find there. What a disk or a
+copy has damaged is not: a file begins with the digest of the rest.
 """
 
 import hashlib
+import logging
 import os
 import pickle
 import threading
@@ -25,6 +27,8 @@ import jax
 import jax.export
 import numpy as np
 
+DIGEST_BYTES = 32
+_log = logging.getLogger(__name__)
 _compiler = ThreadPoolExecutor(2, thread_name_prefix="compile")
 
 
@@ -89,12 +93,16 @@ def _directory() -> Path | None:
 def _load(path: Path) -> tuple[jax.export.Exported, Any] | None:
     """The program of a file and an empty object like its results."""
     try:
-        program, empty = pickle.loads(path.read_bytes())
-        return jax.export.deserialize(bytearray(program)), empty
-    except FileNotFoundError:
+        content = path.read_bytes()
+    except OSError:
         return None
-    except Exception:  # A damaged file, whatever it does to the reader, costs a second's work and no more.
+    digest, rest = content[:DIGEST_BYTES], content[DIGEST_BYTES:]
+    if hashlib.sha256(rest).digest() != digest:
+        # A second's work and no more; one wrong bit could make another result.
+        _log.warning("%s is damaged and is made anew", path)
         return None
+    program, empty = pickle.loads(rest)
+    return jax.export.deserialize(bytearray(program)), empty
 
 
 def _trace(function: Callable, leaves: list, path: Path) -> tuple[jax.export.Exported, Any]:
@@ -108,8 +116,9 @@ def _trace(function: Callable, leaves: list, path: Path) -> tuple[jax.export.Exp
     exported = jax.export.export(jax.jit(flat))(*leaves)
     empty = jax.tree.unflatten(structure, [0.0] * structure.num_leaves)
     unfinished = path.with_suffix(f".{os.getpid()}")
+    rest = pickle.dumps((bytes(exported.serialize()), empty))
     try:
-        unfinished.write_bytes(pickle.dumps((bytes(exported.serialize()), empty)))
+        unfinished.write_bytes(hashlib.sha256(rest).digest() + rest)
         unfinished.replace(path)
     except OSError:  # A full disk: the program is traced again next time.
         unfinished.unlink(missing_ok=True)

@@ -67,6 +67,6 @@ def greenwich_of(given: Given, epoch: Epoch, ellipse: OrbitFit | None) -> float:
     # The passage that the user means, which need not be the first after t = 0.
     perigee_s = given.orbit.time_of_perigee_s
     if perigee_s is None:
-        perigee_s = 0.0 if ellipse is None else ellipse.time_of_perigee_s
+        perigee_s = None if ellipse is None else ellipse.time_of_perigee_s
     angle = given.earth.greenwich_angle(perigee_s)
     return greenwich_angle(epoch) if angle is None else angle

@@ -2,10 +2,10 @@
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from jaxsat.environment import OrbitTable
-from jaxsat.math import cross, inverse_3x3, quaternion
+from jaxsat.math import cross, floating, inverse_3x3, optional_floating, quaternion
 from jaxsat.spacecraft import Spacecraft
 from jaxsat.torques import AbstractTorque, BodyEnvironment, lag_rate, torques_of
 from jaxsat.torques.abstract import required
@@ -14,11 +14,11 @@ from jaxsat.torques.abstract import required
 class AttitudeState(eqx.Module):
     """What is integrated; of many cases with their axes in front."""
 
-    quaternion: Float[Array, "*cases 4"]
+    quaternion: Float[Array, "*cases 4"] = eqx.field(converter=floating)
     """inertial-from-body, scalar first."""
-    angular_velocity: Float[Array, "*cases 3"]
+    angular_velocity: Float[Array, "*cases 3"] = eqx.field(converter=floating)
     """Of the body against inertial space, body axes [rad/s]."""
-    rod_lag: Float[Array, "*cases rods"] | None = None
+    rod_lag: Float[Array, "*cases rods"] | None = eqx.field(converter=optional_floating, default=None)
     """Magnetic state of the hysteresis rods (`jaxsat.torques.hysteresis`); None without them."""
 
 
@@ -62,10 +62,13 @@ def body_environment(state: AttitudeState, point: OrbitTable) -> BodyEnvironment
     )
 
 
-def derivative(state: AttitudeState, point: OrbitTable, body: RigidBody) -> AttitudeState:
+def derivative(
+    state: AttitudeState, point: OrbitTable, body: RigidBody, *, rising: Bool[Array, " rods"] | None = None
+) -> AttitudeState:
     """Time derivative of the state at one entry of an orbit's table (Markley & Crassidis 2014, eqs. 3.20 and 3.147).
 
-    The equations of `rigid_body_rates`, and the law of the hysteresis rods where there are any.
+    The equations of `rigid_body_rates`, and the law of the hysteresis rods where there are any; `rising` as in
+    `lag_rate`.
     """
     q, w = state.quaternion, state.angular_velocity
     around = body_environment(state, point)
@@ -74,7 +77,7 @@ def derivative(state: AttitudeState, point: OrbitTable, body: RigidBody) -> Atti
     torques = torques_of(body.spacecraft, around) if body.torques is None else body.torques
     torque = sum((t(body.spacecraft, around) for t in torques), start=jnp.zeros_like(w))
     q_dot, w_dot = rigid_body_rates(q, w, torque, body.spacecraft.inertia, body.inverse_inertia)
-    return AttitudeState(q_dot, w_dot, _rod_lag_rate(body.spacecraft, around))
+    return AttitudeState(q_dot, w_dot, _rod_lag_rate(body.spacecraft, around, rising))
 
 
 def rigid_body_rates(
@@ -92,9 +95,12 @@ def rigid_body_rates(
     return 0.5 * quaternion.times_vector(q, w), w_dot
 
 
-def _rod_lag_rate(spacecraft: Spacecraft, around: BodyEnvironment) -> Float[Array, " rods"] | None:
+def _rod_lag_rate(
+    spacecraft: Spacecraft, around: BodyEnvironment, rising: Bool[Array, " rods"] | None
+) -> Float[Array, " rods"] | None:
     if around.rod_lag is None:
         return None
     user, source = "AttitudeState.rod_lag", "tabulate_orbit(..., field_rate=True)"
     rods = required(spacecraft.hysteresis_rods, user, "Spacecraft.hysteresis_rods", "the rods, as HysteresisRods")
-    return lag_rate(rods, around.rod_lag, required(around.b_field_rate_body, user, "OrbitTable.b_rate_eci", source))
+    rate = required(around.b_field_rate_body, user, "OrbitTable.b_rate_eci", source)
+    return lag_rate(rods, around.rod_lag, rate, rising)

@@ -10,6 +10,7 @@ from typing import Annotated
 from pydantic import AfterValidator, Field, model_validator
 
 from jaxsat.constants import EARTH_ROTATION_RATE
+from jaxsat.errors import InputError
 from jaxsat.setting_types import Angle, Positive, Section, Vector
 
 
@@ -119,9 +120,17 @@ class Earth(Section):
             raise ValueError("greenwich_angle_deg and greenwich_angle_at_perigee_deg say the same: give one of them")
         return self
 
-    def greenwich_angle(self, time_of_perigee_s: float) -> float | None:
-        """Right ascension of Greenwich at t = 0 [rad]; None where it follows from the epoch."""
+    def greenwich_angle(self, time_of_perigee_s: float | None) -> float | None:
+        """Right ascension of Greenwich at t = 0 [rad]; None where it follows from the epoch.
+
+        Raises `InputError` where it is given at a perigee of which the time is not known.
+        """
         if self.greenwich_angle_at_perigee_deg is not None:
+            if time_of_perigee_s is None:
+                reason = (
+                    "the orbit is no ellipse that tells the time of its perigee: give greenwich_angle_deg, at t = 0"
+                )
+                raise InputError(reason, field="earth.greenwich_angle_at_perigee_deg")
             return math.radians(self.greenwich_angle_at_perigee_deg) - self.rotation_rate_rad_s * time_of_perigee_s
         return None if self.greenwich_angle_deg is None else math.radians(self.greenwich_angle_deg)
 

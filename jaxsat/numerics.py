@@ -37,7 +37,8 @@ def _cache_directory() -> Path:
 
 def _why_not_writable(directory: Path) -> str | None:
     try:
-        directory.mkdir(parents=True, exist_ok=True)
+        # What lies there is run, so it is the user's alone.
+        directory.mkdir(mode=0o700, parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=directory):
             return None
     except OSError as error:

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxsat.math import float_array, quaternion
+from jaxsat.math import float_array, floating, optional_floating, quaternion
 from jaxsat.panel_names import TILT_AXES
 
 Real = int | float
@@ -36,11 +36,11 @@ class MagneticRods(eqx.Module):
     normalisation of the field made explicit). Valid far from saturation; no hysteresis.
     """
 
-    moments: Float[Array, " rods"]
+    moments: Float[Array, " rods"] = eqx.field(converter=floating)
     """Moment of each rod in the reference field along it [A m^2]."""
-    axes: Float[Array, "rods 3"]
+    axes: Float[Array, "rods 3"] = eqx.field(converter=floating)
     """Unit vectors along the rods, body axes."""
-    reference_field: Float[Array, ""]
+    reference_field: Float[Array, ""] = eqx.field(converter=floating)
     """Field at which `moments` is quoted [T]."""
 
     def dipole(self, b_field_body: Float[Array, "3"]) -> Float[Array, "3"]:
@@ -51,11 +51,11 @@ class MagneticRods(eqx.Module):
 class SolarPanels(eqx.Module):
     """Flat body-mounted panels."""
 
-    normals: Float[Array, "panels 3"]
+    normals: Float[Array, "panels 3"] = eqx.field(converter=floating)
     """Outward unit normals, body axes."""
-    max_current: Float[Array, ""]
+    max_current: Float[Array, ""] = eqx.field(converter=floating)
     """Current of the reference panel facing the Sun [A]."""
-    gains: Float[Array, " panels"]
+    gains: Float[Array, " panels"] = eqx.field(converter=floating)
     """Current of each panel over that of the reference panel, at equal light."""
 
 
@@ -131,9 +131,9 @@ class Spacecraft(eqx.Module):
     `jaxsat.torques.torques_of` says which torques follow from the parts that are there.
     """
 
-    inertia: Float[Array, "3 3"]
+    inertia: Float[Array, "3 3"] = eqx.field(converter=floating)
     """Inertia tensor about the centre of mass, body axes [kg m^2]."""
-    magnet: Float[Array, "3"] | None = None
+    magnet: Float[Array, "3"] | None = eqx.field(converter=optional_floating, default=None)
     """Permanent dipole, body axes [A m^2]."""
     rods: MagneticRods | None = None
     """Rods without hysteresis."""

@@ -15,6 +15,7 @@ DAYS_PER_CENTURY = 36525.0
 J2000 = 2451545.0
 """Julian date of the epoch J2000, 2000-01-01T12:00 TT [days]."""
 _FIRST_YEAR, _LAST_YEAR = 1960, 2200
+_FIRST_DAY, _END_DAY = (sum(erfa.cal2jd(year, 1, 1)) for year in (_FIRST_YEAR, _LAST_YEAR + 1))
 # Stricter than a calendar library: ASCII digits alone, two of each, no sign, no offset from UTC.
 _ISO = re.compile(
     r"([0-9]{4})-(?:([0-9]{2})-([0-9]{2})|([0-9]{3}))T([0-9]{2}):([0-9]{2}):([0-9]{2}(?:\.[0-9]{1,12})?)Z?"
@@ -142,10 +143,17 @@ class Epoch:
         return ((later1 - tai1) + (later2 - tai2)) * SECONDS_PER_DAY + clock
 
     def shifted(self, seconds: int | float) -> "Epoch":
-        """Return the epoch `seconds` SI seconds later, leap seconds counted."""
+        """Return the epoch `seconds` SI seconds later, leap seconds counted.
+
+        Raises ValueError where `seconds` is not finite or leads out of the years of an epoch.
+        """
         tai1, tai2 = self.tai()
+        later = tai2 + seconds / SECONDS_PER_DAY
+        # Of NaN, too, nothing is true.
+        if not _FIRST_DAY <= tai1 + later < _END_DAY:
+            raise ValueError(f"seconds must lead to an epoch in {_FIRST_YEAR}..{_LAST_YEAR}, got {seconds}")
         with _undoubting():
-            return Epoch(*map(float, erfa.taiutc(tai1, tai2 + seconds / SECONDS_PER_DAY)))
+            return Epoch(*map(float, erfa.taiutc(tai1, later)))
 
     def seconds_since(self, other: "Epoch") -> float:
         """Return the SI seconds elapsed from `other` to this epoch, leap seconds counted."""

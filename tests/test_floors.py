@@ -14,7 +14,7 @@ ROOT = Path(__file__).parent.parent
 # From the ground up. Modules of one floor may import each other, but for wings, which stand apart.
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("jaxsat.errors", "jaxsat.significant", "jaxsat.panel_names", "jaxsat.bundled"),
-    ("jaxsat.numerics", "jaxsat.versions", "jaxsat.setting_types"),
+    ("jaxsat.numerics", "jaxsat.versions", "jaxsat.setting_types", "jaxsat.physical"),
     ("jaxsat.math",),
     ("jaxsat.constants", "jaxsat.time", "jaxsat.frames", "jaxsat.given"),
     ("jaxsat.files",),

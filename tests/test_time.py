@@ -39,6 +39,12 @@ def test_shift_and_difference_are_inverse():
     assert MUNIN.shifted(-86400.0).iso() == "2001-01-17T04:54:15.000"
 
 
+@pytest.mark.parametrize("seconds", [math.nan, math.inf, -math.inf, 1e300, 1e10, -2e9])
+def test_shift_out_of_all_years_is_refused(seconds):
+    with pytest.raises(ValueError, match=r"^seconds must lead to an epoch in 1960..2200, got"):
+        MUNIN.shifted(seconds)
+
+
 def test_far_future_keeps_the_last_leap_second_silently():
     # Warnings are errors here: a date past ERFA's table must not raise one.
     epoch = Epoch.from_utc(2100, 6, 1, 12)

@@ -174,7 +174,7 @@ def blind(job: Job, count: int, numpy_count: int) -> list[dict]:
     """Part B: from the same starts, how many reach the least cost that any of them found, and the time of all."""
     sights = sights_of(job.problem, job.samples)
     guesses = first_guesses(sights, 0, count, MAX_RATE, np.random.default_rng(0))
-    starts = guesses.starts(len(job.moves))
+    starts = guesses.starts(np.zeros(len(job.moves)))
     seen = directed_samples(sights)
     schedule = arcs(seen, job.last, job.parameters)
     common = (job.problem, job.parameters)

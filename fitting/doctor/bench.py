@@ -152,7 +152,7 @@ class Bench:
             sights = sights_of(problem, samples)
             rng = np.random.default_rng(self.settings.seed)
             guesses = first_guesses(sights, 0, count, self._fastest, rng)
-            starts = guesses.starts(len(parameters.everything))
+            starts = guesses.starts(np.zeros(len(parameters.everything)))
             runs.append(Run(Convention({}, float(number)), problem, starts))
             use = self.weight(problem, samples) if use is None else use
         if use is None:

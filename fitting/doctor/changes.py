@@ -104,7 +104,7 @@ def _data(bench: Bench, seen: np.ndarray, place: int, later: bool) -> tuple[Samp
     """The samples of one part, and the number of its last one among them."""
     if later:
         begin = int(seen[place])
-        return bench.samples.since(begin), bench.found.fitted - begin - 1
+        return bench.samples.part(slice(begin, None)), bench.found.fitted - begin - 1
     return bench.samples, int(seen[place - 1])
 
 

@@ -60,10 +60,9 @@ class Samples:
             values[name] = rows
         return Samples(t, values, channels, epoch, columns, given)
 
-    def since(self, first: int) -> "Samples":
-        """The samples from number `first` on."""
-        values = {name: rows[first:] for name, rows in self.values.items()}
-        return Samples(self.t[first:], values, self.channels, self.epoch, self.columns, self.given)
+    def part(self, which: slice) -> "Samples":
+        """Samples that follow each other, by their numbers."""
+        return replace(self, t=self.t[which], values={name: rows[which] for name, rows in self.values.items()})
 
 
 def channels_within(session: TableSession, arc_s: tuple[float, float] | None) -> dict[str, Channel]:

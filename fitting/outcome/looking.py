@@ -13,7 +13,7 @@ from fitting.measurements.problem import Problem
 from fitting.outcome.uncertainty import at_bound, attitude_covariance, covariance
 from fitting.parameters.free import FreeLeaves, FreeParameters
 from fitting.parameters.names import STATE
-from fitting.solvers.least_squares import Point
+from fitting.solvers.least_squares import Point, prior_information
 from fitting.stored import Stored
 from jaxsat.integrators import BLOCK
 from jaxsat.satellites.model import POLAR_PLACE, Model, Spot, array_at
@@ -138,7 +138,7 @@ def look_at(problem: Problem, parameters: FreeParameters, best: Point) -> Look:
         np.asarray(array) for array in look(problem, parameters.tree, x, reference, blocks)
     )
     pressed = at_bound(x, np.asarray(best.gradient), parameters.bounds())
-    cov = covariance(np.asarray(best.hessian), parameters.everything & ~pressed)
+    cov = covariance(np.asarray(best.hessian), parameters.everything & ~pressed, prior_information(len(x)))
     finite = np.isfinite(np.diagonal(cov))
     J = jacobian[..., finite]
     spread = np.einsum("scu,uv,scv->sc", J, cov[np.ix_(finite, finite)], J)

@@ -31,6 +31,7 @@ from fitting.outcome.verdict import (
 from fitting.outcome.witness import wish_of
 from fitting.outcome.worth import worth
 from fitting.parameters.free import FreeParameters
+from fitting.parameters.invisible import relative_to
 from fitting.parameters.names import STATE
 from fitting.parameters.null_space import gauge_text, unseen_directions
 from fitting.parameters.quoted import quoted_names, quoted_slopes
@@ -157,7 +158,7 @@ def _parameters(
     free = {name for name in unknowns if name} if parameters.free_motion else {name for name in unknowns[6:] if name}
     table, nominal = [], np.asarray(parameters.tree.nominal)
     # A dipole that moves by its angles is told as a vector too.
-    told = free | parameters.restated
+    told, relative = free | parameters.restated, relative_to(parameters, seen.values)
     for number, leaf in enumerate(parameters.leaves):
         if leaf.restates and leaf.name not in free:
             continue
@@ -166,7 +167,7 @@ def _parameters(
         if known and leaf.sigma is not None and abs(seen.values[number] - nominal[number]) > FAR_SIGMAS * leaf.sigma:
             notes.setdefault(leaf.name, FAR_OFF)
         value = float(seen.values[number] * leaf.to_unit)
-        note = notes.get(leaf.name, "")
+        note = notes.get(leaf.name) or relative.get(leaf.name, "")
         table.append(FittedParameter(leaf.name, value, s if known else None, leaf.unit, leaf.name in told, note))
     return tuple(table), notes, correlations(names, full, free)
 

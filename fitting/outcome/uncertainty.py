@@ -2,20 +2,32 @@
 
 import numpy as np
 
+LOST = 1e-12
+"""Eigenvalue of a scaled information matrix that rounding may have made."""
+TOUCHED = 1e-4
+"""Share of a direction's length below which it does not belong to an unknown."""
 
-def covariance(information: np.ndarray, free: np.ndarray) -> np.ndarray:
+
+def covariance(information: np.ndarray, free: np.ndarray, prior: np.ndarray | None = None) -> np.ndarray:
     """Inverse of the information matrix over the unknowns that are `free` [bool]; zero rows for the others.
 
-    Directions that the data do not see get a variance of inf rather than a number that rounding made.
+    `prior` [unknowns] is the part of the information on each that its prior has brought. Directions that the data do
+    not see, or by less than rounding leaves, are known as well as by the priors; where these do not count either they
+    get a variance of inf rather than a number that rounding made.
     """
     result = np.zeros_like(information)
     index = np.flatnonzero(free)
     matrix = information[np.ix_(index, index)]
     root = np.sqrt(np.maximum(np.diagonal(matrix), 1e-300))
     values, vectors = np.linalg.eigh(matrix / np.outer(root, root))
-    seen = values > 1e-12
+    seen = values > LOST
+    if prior is not None:
+        square = (vectors / root[:, None]) ** 2
+        known = prior[index] > 0.0
+        held = ~seen & (np.linalg.norm(vectors[known], axis=0) > TOUCHED)
+        values, seen = np.where(held, prior[index] @ square, values), seen | held
     inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T / np.outer(root, root)
-    blind = np.any(np.abs(vectors[:, ~seen]) > 1e-4, axis=1)
+    blind = np.any(np.abs(vectors[:, ~seen]) > TOUCHED, axis=1)
     inverse[blind, :], inverse[:, blind] = 0.0, 0.0
     inverse[blind, blind] = np.inf
     result[np.ix_(index, index)] = inverse
@@ -53,18 +65,6 @@ def attitude_covariance(rotation_jacobian: np.ndarray, cov: np.ndarray) -> np.nd
     blind = np.any(rotation_jacobian[..., ~finite] != 0.0, axis=(1, 2))
     result[blind] = np.inf
     return result
-
-
-def vector_sigma(body: np.ndarray, rotation_covariance: np.ndarray) -> np.ndarray:
-    """[samples 3] 1-sigma of the body components of known vectors [samples 3], from the rotation's covariance."""
-    # A small turn r of the body changes them by v x r.
-    x, y, z = body.T
-    zero = np.zeros_like(x)
-    slope = np.stack([np.stack([zero, -z, y]), np.stack([z, zero, -x]), np.stack([-y, x, zero])]).transpose(2, 0, 1)
-    known = np.all(np.isfinite(rotation_covariance), axis=(1, 2))
-    finite = np.where(known[:, None, None], rotation_covariance, 0.0)
-    variance = np.einsum("nij,njk,nik->ni", slope, finite, slope)
-    return np.where(known[:, None], np.sqrt(np.maximum(variance, 0.0)), np.inf)
 
 
 def field_angle_sigma(field_body: np.ndarray, rotation_covariance: np.ndarray) -> np.ndarray:

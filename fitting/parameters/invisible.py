@@ -32,13 +32,38 @@ class Change:
 
 def invisible_changes(parameters: FreeParameters, values: np.ndarray, model: Model) -> list[Change]:
     """What may be invisible with these free parameters about these `values` [leaves, SI]."""
+    free = _free(parameters)
+    scale = _common_scale(parameters, values, model, free)
+    return [*([] if scale is None else [scale]), *_light_scales(parameters, values, free), *_turns(parameters, values)]
+
+
+def relative_to(parameters: FreeParameters, values: np.ndarray) -> dict[str, str]:
+    """The free leaves whose common size a gauge holds, and what they are told in proportion to.
+
+    Their sigmas are those of the ratios: how well the held size is known is not in them.
+    """
+    free, names = _free(parameters), [leaf.name for leaf in parameters.leaves]
+    places = np.array([leaf.place for leaf in parameters.leaves])
+    found = {}
+    for gauge in parameters.tree.gauges:
+        if gauge.name not in parameters.gauged:
+            continue
+        if gauge.name == "magnet":
+            own, held = (places == INERTIA_PLACE) | _sizes(places, values, free), "|magnet|"
+            own |= np.array([leaf.spot == MODULUS for leaf in parameters.leaves])
+        else:
+            own, held = np.isin(np.arange(len(names)), [*gauge.leaves, *gauge.beside]), "mean gain"
+        found |= {names[k]: f"given {held}" for k in np.flatnonzero(own & free)}
+    return found
+
+
+def _free(parameters: FreeParameters) -> np.ndarray:
+    """[leaves] bool: what may move; a free modulus scales all of the vector."""
     leaves = parameters.leaves
     free = np.isin(np.arange(len(leaves)), parameters.columns)
     if any(leaves[k].spot == MODULUS for k in np.flatnonzero(free)):
-        # It scales all of the vector.
         free |= np.array([leaf.place == MAGNET_PLACE for leaf in leaves])
-    scale = _common_scale(parameters, values, model, free)
-    return [*([] if scale is None else [scale]), *_light_scales(parameters, values, free), *_turns(parameters, values)]
+    return free
 
 
 def _common_scale(parameters: FreeParameters, values: np.ndarray, model: Model, free: np.ndarray) -> Change | None:

@@ -22,6 +22,7 @@ from fitting.parameters.names import STATE
 from fitting.parameters.quoted import quoted_names, quoted_slopes, quoted_units, values_jacobian
 from fitting.profile.holding import choose_held, sigma_along
 from fitting.profile.walk import Held, Step, walk
+from fitting.solvers.least_squares import prior_information
 from fitting.solvers.refine import CONVERGED_DECREMENT, Refined
 from fitting.starts.multi_start import NONE, Progress
 from jaxsat.errors import InputError
@@ -88,7 +89,8 @@ def profile(
     lower, upper = parameters.bounds()
     k = parameters.names.index(name)
     free = parameters.everything & ~at_bound(best.x, best.gradient, (lower, upper))
-    sigma = sigma_along(slopes[number], covariance(best.hessian, free)) if free[k] else None
+    cov = covariance(best.hessian, free, prior_information(len(free)))
+    sigma = sigma_along(slopes[number], cov) if free[k] else None
     free[k] = True
     held, spread = choose_held(parameters, name, slopes[number], best.hessian, free)
     reached = walk(problem, parameters, best, Held(k, held, spread), reach=REACH, tail=tail, progress=progress)

@@ -120,13 +120,18 @@ def normal_equations(
     return cost, flat_j.T @ (weight * slope).reshape(-1), weighted_j.T @ flat_j
 
 
+def prior_information(unknowns: int) -> Float[np.ndarray, " unknowns"]:
+    """Of each unknown: none for the state, one for a number in sigmas of its prior."""
+    return (np.arange(unknowns) >= len(STATE)).astype(float)
+
+
 def priors(
     x: Float[Array, " unknowns"],
 ) -> tuple[Float[Array, ""], Float[Array, " unknowns"], Float[Array, "unknowns unknowns"]]:
     """Cost, gradient and matrix of the priors: a unit sigma for each parameter of the model in its own scale."""
-    prior = jnp.arange(x.shape[0]) >= len(STATE)
-    pull = jnp.where(prior, x, 0.0)
-    return 0.5 * pull @ pull, pull, jnp.diag(prior.astype(x.dtype))
+    prior = prior_information(x.shape[0])
+    pull = x * prior
+    return 0.5 * pull @ pull, pull, jnp.diag(prior)
 
 
 def free_unknowns(

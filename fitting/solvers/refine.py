@@ -1,6 +1,6 @@
 """The last steps of a fit: whole arc, fine grid, samples that no attitude explains left out, minima compared."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax
 import numpy as np
@@ -9,7 +9,7 @@ from fitting.measurements.abstract import AbstractProblem
 from fitting.measurements.groups import Groups, of_groups, over_columns
 from fitting.outcome.uncertainty import at_bound, covariance, promised_saving
 from fitting.parameters.free import FreeParameters
-from fitting.solvers.least_squares import FINISHED_DECREMENT, Point
+from fitting.solvers.least_squares import Point
 from fitting.starts.multi_start import NONE, Progress, Stage, Starts, distinct, solve
 
 MAX_LEFT_OUT = 0.35
@@ -19,8 +19,11 @@ TAIL = 6.0
 """Degrees of freedom of Student's distribution, as many as a sample has currents."""
 CONVERGED_DECREMENT = 1e-2
 """An undamped step would improve the cost by less than this: a tenth of a sigma in every direction."""
-MORE_ROUNDS = 6
-"""Rounds more, with fresh damping, while a minimum is not reached so far."""
+MORE_ROUNDS, MORE_STEPS = 6, 60
+"""Rounds more, with fresh damping, while a minimum is not reached so far; the last ones, if it explains the data, of so
+many steps, which a narrow bent valley takes, as of a nearly chaotic motion."""
+LEAST_KEPT = 0.05
+"""Share of what a step promises that a round brings at least, or the rounds end."""
 MAX_MINIMA = 8
 """Minima compared on the whole arc."""
 
@@ -100,12 +103,12 @@ def refine(
     def settle(points: Point, number: int, stage: Stage, weight: np.ndarray) -> Point:
         # The other solvers, which are there to compare, take ten times as long.
         for _ in range(patience if solver == Stage.solver else 1):
-            left = _unsettled(points, parameters)
+            left, promised = _unsettled(points, parameters)
             if len(left) == 0:
                 break
             again = run(number, stage, np.asarray(points.x)[left], np.asarray(points.reference)[left], weight[left])
-            # On a kink, where a panel's horizon passes a sample, a step promises what no step brings.
-            ended = not np.any(again.cost < np.asarray(points.cost)[left] - FINISHED_DECREMENT)
+            # On a kink, where a panel's horizon passes a sample or a rod turns back, a step promises what none brings.
+            ended = np.all(np.asarray(points.cost)[left] - again.cost < LEAST_KEPT * promised)
             points = jax.tree.map(lambda old, new, left=left: _replaced(old, left, new), points, again)
             if ended:
                 break
@@ -127,6 +130,8 @@ def refine(
         stage = Stage(last, count, 15, PLAIN, everything, share.tail, share.ceiling, solver=solver)
         kept = np.where(over_columns(limited, groups), 0.0, weight)
         points = run(number, stage, np.asarray(points.x), np.asarray(points.reference), kept)
+    if solver == Stage.solver and not hopeless.all():
+        stage = replace(stage, iterations=MORE_STEPS)
     points = settle(points, rounds - 1, stage, kept)
     of_samples = _sample_squares(points, weight, groups)
     # What more rounds have brought to explain the samples is not hopeless any more, and leaves out what is left.
@@ -147,17 +152,18 @@ def refine(
     return Refined(jax.tree.map(lambda leaf: leaf[order], points), score[order], limited[order], hopeless[order])
 
 
-def _unsettled(points: Point, parameters: FreeParameters) -> np.ndarray:
-    """Indices of minima that more steps would lower: of the best one, and of those that might become it."""
+def _unsettled(points: Point, parameters: FreeParameters) -> tuple[np.ndarray, np.ndarray]:
+    """Indices of minima that more steps would lower (the best, and those that might become it), and by how much."""
     costs = np.where(np.isfinite(points.cost), points.cost, np.inf)
-    found = []
+    found, promises = [], []
     for k in np.flatnonzero(np.isfinite(costs)):
         x, gradient, information = (np.asarray(leaf)[k] for leaf in (points.x, points.gradient, points.hessian))
         pressed = at_bound(x, gradient, parameters.bounds())
         promise = promised_saving(gradient, covariance(information, ~pressed), pressed)
         if promise > CONVERGED_DECREMENT and costs[k] - promise <= costs.min():
             found.append(k)
-    return np.array(found, dtype=int)
+            promises.append(promise)
+    return np.array(found, dtype=int), np.array(promises)
 
 
 def _replaced(old: np.ndarray, index: np.ndarray, new: np.ndarray) -> np.ndarray:

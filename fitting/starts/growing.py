@@ -1,13 +1,13 @@
 """The search itself: many starts on ever longer arcs, what is free growing with them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fitting.measurements.problem import Problem
 from fitting.parameters.free import FreeParameters
 from fitting.starts.conventions import MOST, Convention
-from fitting.starts.multi_start import HOPELESS, Progress, Stage, Starts, advance, distinct
+from fitting.starts.multi_start import HOPELESS, NONE, Progress, Stage, Starts, advance, distinct
 from jaxsat.errors import InputError
 from jaxsat.satellites.model import INERTIA_PLACE
 
@@ -16,6 +16,10 @@ FIRST_ARC, ARC_GROWTH, ARC_ITERATIONS = 7, 1.57, 8
 KEEP = (48, 32, 24, 16, 12, 8)
 """Starts that enter the second, third, ... arc; half of them of each convention where several are tried."""
 ROBUST_SCALE = 5.0
+STRANGE = 15.0
+"""Cost of an arc for each of its samples that see something, above which not all of them are of one motion."""
+TAIL = 6.0
+"""Degrees of freedom of Student's distribution from there on: a limited current pulls at the motion no more."""
 
 
 @dataclass
@@ -35,20 +39,29 @@ def grow(
     parameters: FreeParameters,
     use: np.ndarray,
     progress: Progress = lambda *_: None,
-) -> None:
+    *,
+    effort: int = 1,
+) -> bool:
     """Moves the starts on ever longer arcs, in place; those and conventions that are far worse than the best are gone.
 
     `seen` are the numbers of the samples that see something, `last` that of the last sample; `use` [samples channels]
-    is the weight of the measurements. Raises `InputError` where no start has a finite cost.
+    is the weight of the measurements; of `effort` times as many starts as usual as many more are kept, and take as many
+    more steps. Returns whether a motion explains the first arc. Raises `InputError` where no start has a finite cost.
     """
-    stages = arcs(seen, last, parameters)
+    stages, tail, begun = arcs(seen, last, parameters, effort), NONE, True
     for number, stage in enumerate(stages):
         progress("growing arcs", number, len(stages))
-        for run in runs:
-            most = stage.keep if len(runs) < 4 else stage.keep // 2
-            kept = run.starts.take(np.arange(min(most, len(run.starts.cost))))
-            moved = advance(run.problem, parameters, stage, kept, use)
-            run.starts = moved.take(distinct(moved, attitude=2e-3, rate=2e-3))
+        kept = [_best(run.starts, stage.keep if len(runs) < 4 else stage.keep // 2) for run in runs]
+        _move(runs, kept, replace(stage, tail=tail), parameters, use)
+        inside = int(np.searchsorted(seen, stage.last_sample, side="right"))
+        strange = number > 0 and min(_least_cost(run) for run in runs) > STRANGE * inside
+        if number == 1:
+            begun = not strange
+        elif strange and tail == NONE:
+            # What was fitted so far and what is new exclude each other: something in the arc is of no motion.
+            tail = TAIL
+            both = [_best(run.starts, len(old.cost)).followed_by(old) for run, old in zip(runs, kept, strict=True)]
+            _move(runs, both, replace(stage, tail=tail), parameters, use)
         runs[:] = [run for run in runs if len(run.starts.cost)]
         if not runs:
             raise InputError("no start gives finite readings: the nominal satellite or the noise is out of all range")
@@ -63,9 +76,25 @@ def grow(
     # Nothing that the fine grid or a sample left out changes halves the cost of a wrong convention alone.
     runs[:] = [run for run in runs if run.starts.cost[0] <= 2.0 * runs[0].starts.cost[0] + 50.0]
     progress("growing arcs", len(stages), len(stages))
+    return begun
 
 
-def arcs(seen: np.ndarray, last: int, parameters: FreeParameters) -> list[Stage]:
+def _best(starts: Starts, most: int) -> Starts:
+    return starts.take(np.arange(min(most, len(starts.cost))))
+
+
+def _move(runs: list[Run], starts: list[Starts], stage: Stage, parameters: FreeParameters, use: np.ndarray) -> None:
+    """Each run's starts are where these end on an arc, best first, without repetitions."""
+    for run, own in zip(runs, starts, strict=True):
+        moved = advance(run.problem, parameters, stage, own, use)
+        run.starts = moved.take(distinct(moved, attitude=2e-3, rate=2e-3))
+
+
+def _least_cost(run: Run) -> float:
+    return float(run.starts.cost[0]) if len(run.starts.cost) else np.inf
+
+
+def arcs(seen: np.ndarray, last: int, parameters: FreeParameters, effort: int = 1) -> list[Stage]:
     """Arcs by their number of samples that see something; what is free grows with them, under the priors."""
     names = [leaf.name for leaf in parameters.leaves]
     inertia = {leaf.name for leaf in parameters.leaves if leaf.place == INERTIA_PLACE}
@@ -73,7 +102,7 @@ def arcs(seen: np.ndarray, last: int, parameters: FreeParameters) -> list[Stage]
     without_inertia = parameters.active([name for name in names if name not in inertia])
 
     def stage(sample: int, keep: int, iterations: int, active: np.ndarray) -> Stage:
-        return Stage(sample, keep, iterations, ROBUST_SCALE, active)
+        return Stage(sample, keep * effort, iterations * effort, ROBUST_SCALE, active)
 
     first, *longer = arc_ends(seen, last)
     stages = [stage(first, 10**9, 5, state), stage(first, KEEP[0], ARC_ITERATIONS, without_inertia)]

@@ -31,9 +31,9 @@ class Guesses:
     rate: np.ndarray
     """[starts 3] body axes [rad/s]."""
 
-    def starts(self, unknowns: int) -> Starts:
-        """As points of a solver whose other unknowns are nominal."""
-        x = np.zeros((len(self.attitude), unknowns))
+    def starts(self, unknowns: np.ndarray) -> Starts:
+        """As points of a solver whose other unknowns are these, 0 where they are nominal."""
+        x = np.tile(unknowns, (len(self.attitude), 1))
         x[:, 3 : len(STATE)] = self.rate / RATE_UNIT
         return Starts(x, self.attitude, np.zeros(len(x)))
 

@@ -4,6 +4,8 @@ Along a known motion a known direction is known in body axes too, so the turn th
 it should show is that of Wahba 1965, whatever its size; from no turn at all a solver finds half a circle only by luck.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -24,8 +26,8 @@ def body_directions(directions: Directions, motion: Motion) -> np.ndarray:
     return turns.inv().apply(directions.inertial)
 
 
-def with_turns(starts: Starts, problem: Problem, samples: Samples, parameters: FreeParameters, until: int) -> Starts:
-    """The first start, and beside it one whose sensors are turned as the first `until` samples show."""
+def with_turns(starts: Starts, problem: Problem, samples: Samples, parameters: FreeParameters) -> Starts:
+    """The first start, and beside it one whose sensors are turned as the samples show."""
     assert problem.motion is not None
     spots = {leaf.spot: number for number, leaf in enumerate(parameters.leaves)}
     free = set(parameters.columns.tolist())
@@ -33,21 +35,18 @@ def with_turns(starts: Starts, problem: Problem, samples: Samples, parameters: F
     for name in samples.values:
         place = f"sensors.{name}.turn"
         numbers = [spots.get((place, (k,)), -1) for k in range(3)]
-        one = Samples(samples.t, {name: samples.values[name]}, samples.channels, samples.epoch, {}, samples.given)
+        one = replace(samples, values={name: samples.values[name]})
         if not free.issuperset(numbers):
             continue
         for directions in sights_of(problem, one).directions:
-            seen, due = directions.body[:until], body_directions(directions, problem.motion)[:until]
+            seen, due = directions.body, body_directions(directions, problem.motion)
             good = np.isfinite(seen).all(axis=1)
             if good.sum() < FEWEST:
                 continue
             apart = Rotation.align_vectors(due[good], seen[good])[0]
             nominal = Rotation.from_rotvec(np.array(array_at(problem.model, place), float))
             values[numbers] = (apart * nominal).as_rotvec()
-    turned = starts.x[:1].copy()
-    turned[:, -len(parameters.columns) :] = parameters.shifts(values)
-    return Starts(
-        np.concatenate([starts.x[:1], turned]),
-        np.concatenate([starts.reference[:1]] * 2),
-        np.concatenate([starts.cost[:1]] * 2),
-    )
+    first = starts.take(np.arange(1))
+    x = first.x.copy()
+    x[:, -len(parameters.columns) :] = parameters.shifts(values)
+    return first.followed_by(Starts(x, first.reference, first.cost))

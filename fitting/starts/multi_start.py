@@ -64,6 +64,11 @@ class Starts:
         """The points at `index`, in that order."""
         return Starts(self.x[index], self.reference[index], self.cost[index])
 
+    def followed_by(self, others: "Starts") -> "Starts":
+        """These, and the others behind them."""
+        pairs = ((self.x, others.x), (self.reference, others.reference), (self.cost, others.cost))
+        return Starts(*(np.concatenate(pair) for pair in pairs))
+
 
 def solve(
     problem: AbstractProblem,

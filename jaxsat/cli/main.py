@@ -8,10 +8,12 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
+from typing import Any, cast
 
 from cyclopts import App, CycloptsError
 
 from jaxsat.cli.shared.interrupts import INTERRUPTED, heeded
+from jaxsat.cli.shared.streams import Lasting
 from jaxsat.errors import InputError
 
 BAD_INPUT, USAGE = 1, 2
@@ -49,10 +51,6 @@ def run(arguments: Sequence[str]) -> int:
         return _fail(str(error), BAD_INPUT)
     except KeyboardInterrupt as stop:
         return _fail(str(stop) or "interrupted; nothing unfinished is left", INTERRUPTED)
-    except BrokenPipeError:
-        # The reader of stdout has gone (`| head`); a second flush at exit must not fail as well.
-        sys.stdout = None
-        return 0
     except OSError as error:
         # A full disk, a directory taken away: results were being written, input errors have their own type.
         return _fail(": ".join(str(part) for part in (error.filename, error.strerror or error) if part), BAD_INPUT)
@@ -69,4 +67,6 @@ def main() -> None:
     # Python, JAX and their programs are millions of objects that stay: looking for garbage among them, at every 700
     # new ones, takes a quarter of the time that imports take.
     gc.set_threshold(100_000)
+    # A stream that was closed before the start is None, and prints nothing.
+    sys.stdout, sys.stderr = (cast(Any, stream and Lasting(stream)) for stream in (sys.stdout, sys.stderr))
     sys.exit(heeded(run, sys.argv[1:]))

@@ -50,7 +50,9 @@ from jaxsat.environment.orbit import HarmonicGravity as HarmonicGravity
 from jaxsat.environment.orbit import KeplerOrbit as KeplerOrbit
 from jaxsat.environment.orbit import SampledOrbit as SampledOrbit
 from jaxsat.environment.orbit import SolarPressure as SolarPressure
+from jaxsat.environment.orbit import StateOrbit as StateOrbit
 from jaxsat.environment.orbit import ThirdBody as ThirdBody
+from jaxsat.environment.orbit import classical_elements as classical_elements
 from jaxsat.environment.orbit import elements_from_state as elements_from_state
 from jaxsat.environment.orbit import frame_motion as frame_motion
 from jaxsat.environment.orbit import orbit_from_elements_km_deg as orbit_from_elements_km_deg

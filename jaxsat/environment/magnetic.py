@@ -13,7 +13,7 @@ from jaxtyping import Array, Float, Inexact
 
 from jaxsat.constants import EARTH_RADIUS_MEAN
 from jaxsat.frames import dcm_eci_from_ecef
-from jaxsat.math import float_array, gradient_coefficients, harmonic_sums
+from jaxsat.math import float_array, gradient_coefficients, harmonic_sums, is_known
 
 TESLA_PER_NANOTESLA = 1e-9
 
@@ -61,20 +61,29 @@ def internal_field(
 ) -> Float[Array, "3"]:
     """Return the field [T] of an internal source, Earth-fixed Cartesian components, outside the reference sphere.
 
-    B = -grad R sum (R/r)^(n+1) P_nm (g_nm cos m lambda + h_nm sin m lambda) (Alken et al. 2021, eq. 1).
+    B = -grad R sum (R/r)^(n+1) P_nm (g_nm cos m lambda + h_nm sin m lambda) (Alken et al. 2021, eq. 1). At the centre
+    there is none: ValueError, or NaN from a traced position.
     """
+    _check_off_centre(position_ecef)
     return harmonic_sums(position_ecef, -gradient_coefficients(jnp.stack([g, h])), radius)
 
 
 def dipole_field(position: Inexact[Array, "3"], moment: Inexact[Array, "3"]) -> Inexact[Array, "3"]:
     """Return mu0/(4 pi r^3) (3 (m . e) e - m) [T], the field of a dipole [A m^2] at the origin.
 
-    Source: Jackson 1999, eq. 5.56. Both may be complex, for derivatives by complex step.
+    Source: Jackson 1999, eq. 5.56. Both may be complex, for derivatives by complex step. At the origin there is none:
+    ValueError, or NaN from a traced position.
     """
+    _check_off_centre(position)
     r2 = jnp.sum(position * position)
     r = jnp.sqrt(r2)
     direction = position / r
     return MU0_OVER_4PI / (r2 * r) * (3.0 * jnp.sum(moment * direction) * direction - moment)
+
+
+def _check_off_centre(position: Inexact[Array, "3"]) -> None:
+    if is_known(position) and not np.asarray(position).any():
+        raise ValueError("the field has no value at the centre of its source, and position is zero")
 
 
 class AbstractMagneticField(eqx.Module):

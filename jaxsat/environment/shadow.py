@@ -35,11 +35,14 @@ def cone_illumination(
 
     Apparent radii a of the Sun and b of the Earth, c between their centres: 1 - lens(a, b, c)/(pi a^2)
     (Montenbruck & Gill 2000, eqs. 3.85-3.94), annular eclipse included. Flat disks instead of caps of the sky cost
-    3e-4 of the light in low orbits, 3e-5 in the geostationary one. A spherical Earth without atmosphere.
+    3e-4 of the light in low orbits, 3e-5 in the geostationary one. A spherical Earth without atmosphere; below its
+    ground, as on it, it covers half of the sky.
     """
     to_sun = sun_distance * sun_eci - position_eci
     a = jnp.arcsin(sun_radius / jnp.linalg.norm(to_sun))
-    b = jnp.arcsin(radius / jnp.linalg.norm(position_eci))
+    distance = safe_norm(position_eci)
+    above = distance > radius
+    b = jnp.where(above, jnp.arcsin(radius / jnp.where(above, distance, 2.0 * radius)), 0.5 * jnp.pi)
     nadir, towards = unit(-position_eci), unit(to_sun)
     c = 2.0 * jnp.arctan2(safe_norm(nadir - towards), safe_norm(nadir + towards))
     return 1.0 - lens_area(a, b, c) / (jnp.pi * a**2)

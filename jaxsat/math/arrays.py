@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 from jaxtyping import Array, ArrayLike, Float
 
 
@@ -19,3 +20,19 @@ def float_array(x: ArrayLike | Sequence) -> Float[Array, "..."]:
 def optional_array(x: ArrayLike | Sequence | None) -> Float[Array, "..."] | None:
     """`float_array` of what may be absent."""
     return None if x is None else float_array(x)
+
+
+def floating(x: ArrayLike | Sequence) -> Float[Array, "..."]:
+    """`x` as a floating array that keeps a precision of its own: whole numbers and plain ones get the default one."""
+    own = isinstance(x, jax.Array | np.ndarray) and np.issubdtype(x.dtype, np.floating)
+    return jnp.asarray(x) if own else float_array(x)
+
+
+def optional_floating(x: ArrayLike | Sequence | None) -> Float[Array, "..."] | None:
+    """`floating` of what may be absent."""
+    return None if x is None else floating(x)
+
+
+def is_known(*values: object) -> bool:
+    """Whether none of them is traced, so that what it is can be asked."""
+    return not any(isinstance(value, Tracer) for value in values)

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, model_validator
 
+from jaxsat.physical import check_inertia
 from jaxsat.setting_types import Angle, NonNegative, Positive, Section, Tilt, Vector
 
 MUNIN_FILE = Path(__file__).parent / "munin.toml"
@@ -32,13 +33,7 @@ class Inertia(Section):
 
     @model_validator(mode="after")
     def _of_a_body(self):
-        low, middle, high = np.linalg.eigvalsh(self.tensor()).tolist()
-        if not low > 0.0:
-            raise ValueError(f"tensor is not positive definite: its smallest principal moment is {low:.6g} kg m2")
-        if high > (low + middle) * (1.0 + 1e-9):
-            raise ValueError(
-                f"no body has these principal moments: {high:.6g} exceeds the sum of {low:.6g} and {middle:.6g} kg m2"
-            )
+        check_inertia(self.tensor())
         return self
 
     def tensor(self) -> np.ndarray:

@@ -1,34 +1,27 @@
-"""Many satellites on one orbit at once.
-
-They are done in chunks that stay in the cache, on all cores.
-"""
+"""Many satellites on one orbit at once."""
 
 import dataclasses
-import os
-from concurrent.futures import ThreadPoolExecutor
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
 
-from jaxsat.dynamics import AttitudeState, RigidBody
-from jaxsat.environment import OrbitTable
-from jaxsat.integrators import AdamsGrid
-from jaxsat.integrators.adams import ORDER, STABLE
-from jaxsat.integrators.adams import REACH as ADAMS_REACH
-from jaxsat.math import inverse_3x3, quaternion
+from jaxsat.dynamics import AttitudeState
+from jaxsat.math import quaternion
+from jaxsat.simulate.batch import Batch, trajectory
+from jaxsat.simulate.checks import (
+    check_numbers,
+    check_satellite,
+    check_surroundings,
+    check_tolerance,
+    sound_cases,
+    with_unit_length,
+)
 from jaxsat.simulate.on_grid import Trajectory
-from jaxsat.simulate.parts import Absent, advance_parts, parts_of, varying
-from jaxsat.simulate.single import COARSER, Tabulate, bucket, fastest_rate, first_reach, hold, longest_step
+from jaxsat.simulate.single import MOST_STEPS, Tabulate
 from jaxsat.spacecraft import Spacecraft, in_axes
 from jaxsat.torques import AbstractTorque
-
-CHUNK = 1024
-"""Cases of one chunk on a CPU: their state and slopes fill a core's cache."""
-PILOT_MARGIN = 3.0
-"""The worst of all cases may be this many times worse than the worst of the pilot's."""
 
 
 def simulate_many(
@@ -46,17 +39,36 @@ def simulate_many(
     """Motions of many cases from `initial`, leaves over the cases, at monotonic `times` [s]: [cases, samples, ...].
 
     `spacecraft` is shared, or its leaves are over the cases too; the torques are by default those of its parts. The
-    method is Adams of order 12, for torques without kinks. The step is the one with which a pilot chunk, half of it the
-    fastest cases, agrees with steps 1.5 times as long within a third of `tolerance` [rad]; `error` of the result is the
-    pilot's. With `max_step` [s] it is given and not checked. Cases that are not finite are listed in `diverged`. Raises
-    ValueError as `simulate` does.
+    method is Adams of order 12, for torques without kinks; with a `rod_lag` in the state RK4, which goes across the
+    turns of hysteresis rods. The step is the one with which a pilot chunk, half of it the fastest cases, agrees
+    with steps 1.5 times as long within a third of `tolerance` [rad]; `error` of the result is the pilot's. With
+    `max_step` [s] it is given and not checked. A case that cannot be moved, for its state or its own satellite, or
+    whose motion is not finite, is NaN and listed in `diverged`; the others are as they are without it.
+    Raises ValueError as `simulate` does for what is common to all.
     """
-    axes, spacecraft, initial = _in_principal_axes(spacecraft, initial, torques)
-    batch = _Batch(spacecraft, initial, surroundings, np.asarray(times, float), float(start), torques, chunk)
-    error = None
+    varies = spacecraft.inertia.ndim == 3
     if max_step is None:
-        max_step, error = batch.step_within(tolerance)
-    motion = batch.trajectory(batch.run(np.arange(batch.cases), max_step), error)
+        check_tolerance(tolerance, "simulate_many")
+    if not varies:
+        check_satellite(spacecraft, "simulate_many")
+    check_numbers(torques, "simulate_many: torques")
+    times = np.asarray(times, float)
+    check_surroundings(surroundings, start, times, "simulate_many")
+    cases, kept = initial.quaternion.shape[0], np.flatnonzero(sound_cases(spacecraft, initial, satellite_varies=varies))
+    axes, spacecraft, initial = _in_principal_axes(spacecraft, with_unit_length(initial), torques)
+    batch, error = Batch(spacecraft, initial, surroundings, times, float(start), torques, chunk).of(kept), None
+    if max_step is None:
+        rates = batch.rates()
+        # A rate that no step follows would make all others wait for it.
+        followed = rates * np.abs(times - start).max(initial=0.0) < MOST_STEPS * batch.first_reach(tolerance)
+        batch, kept = batch.of(np.flatnonzero(followed)), kept[followed]
+        if kept.size:
+            max_step, error = batch.step_within(tolerance, rates[followed])
+    parts = sum(leaf.shape[-1] for leaf in jax.tree.leaves(initial))
+    found = np.full((cases, len(times), parts), np.nan, initial.quaternion.dtype)
+    if kept.size and max_step is not None:
+        found[kept] = batch.run(np.arange(kept.size), max_step)
+    motion = trajectory(found, error)
     return motion if axes is None else _in_body_axes(motion, axes)
 
 
@@ -98,139 +110,3 @@ def _states_in(states, dcm_new_from_old):
         quaternion=quaternion.multiply(states.quaternion, turn),
         angular_velocity=jnp.stack(rows, axis=-1),
     )
-
-
-@dataclasses.dataclass(frozen=True)
-class _Batch:
-    spacecraft: Spacecraft
-    initial: AttitudeState
-    surroundings: Tabulate
-    times: np.ndarray
-    start: float
-    torques: tuple[AbstractTorque, ...] | None
-    asked_chunk: int | None
-
-    @property
-    def cases(self) -> int:
-        return self.initial.quaternion.shape[0]
-
-    @property
-    def varies(self) -> bool:
-        return self.spacecraft.inertia.ndim == 3
-
-    @property
-    def chunk(self) -> int:
-        if self.asked_chunk is not None:
-            return min(self.asked_chunk, self.cases)
-        return min(CHUNK, self.cases) if jax.default_backend() == "cpu" else self.cases
-
-    def step_within(self, tolerance: float) -> tuple[float, float]:
-        """Step [s] with which the pilot chunk is within the tolerance, and the pilot's error [rad]."""
-        if not 0.0 < tolerance < 1.0:
-            raise ValueError(f"simulate_many: tolerance must be between 0 and 1 rad, got {tolerance}")
-        rates = np.asarray(self._rates())
-        # Cases that are lost from the start say nothing of the step.
-        sound = np.flatnonzero(np.isfinite(rates) & np.isfinite(np.asarray(self.initial.quaternion)).all(axis=1))
-        if sound.size == 0:
-            raise ValueError("simulate_many: no case has a finite initial state")
-        fastest = sound[np.argsort(rates[sound])[::-1]][: (self.chunk + 1) // 2]
-        spread = sound[np.linspace(0, len(sound) - 1, self.chunk - len(fastest)).astype(int)]
-        pilot = np.concatenate([fastest, spread])
-
-        def attempt(step):
-            return self.trajectory(self.run(pilot, step), None)
-
-        limit, first = (
-            tolerance / PILOT_MARGIN,
-            first_reach(tolerance, ORDER, ADAMS_REACH, STABLE) / float(rates[sound].max()),
-        )
-        first = min(first, longest_step(self.times, self.start, None) / COARSER)
-        step, error, _ = hold(limit, first, ORDER, self.times, self.start, attempt)
-        return step, error
-
-    def _rates(self) -> Float[Array, " cases"]:
-        table = _tabulated(self.surroundings, np.array([self.start]))
-        return _rates(self.spacecraft, self.initial, table, body_varies=self.varies)
-
-    def run(self, chosen: np.ndarray, max_step: float) -> Float[np.ndarray, "cases samples parts"]:
-        """Components of the chosen cases at the requested times, chunk after chunk on all cores."""
-        grid = AdamsGrid.through(self.times, start=self.start, max_step=max_step)
-        count = grid.steps
-        grid = grid.padded(bucket(count))
-        # The orbit in double precision whatever the motion's own: seconds and metres outgrow seven digits.
-        dtype = self.initial.quaternion.dtype
-        table = jax.tree.map(lambda x: x.astype(dtype), _tabulated(self.surroundings, grid.node_times))
-        # At the last step's end alone nothing has to be kept on the way.
-        last_only = bool(np.all(self.times == self.times[-1]))
-        like = jax.tree.map(lambda leaf: np.zeros(leaf.shape[1:], leaf.dtype), self.initial)
-        body = self._body()
-        absent = self._absent(body)
-        varied = varying(body) if self.varies else None
-
-        def one(begin):
-            numbers = np.resize(chosen[begin : begin + self.chunk], self.chunk)
-            initial, own = jax.tree.map(
-                lambda leaf: np.moveaxis(np.asarray(leaf)[numbers], 0, -1), (self.initial, varied)
-            )
-            its_body = eqx.tree_at(varying, body, own) if self.varies else body
-            states = _advance(
-                parts_of(initial), like, its_body, table, grid, np.asarray(count), self.varies, absent, last_only
-            )
-            return np.asarray(states)
-
-        begins = range(0, len(chosen), self.chunk)
-        # Two programs at once use two cores better than one program that shares its small loops out.
-        workers = (os.cpu_count() or 1) if jax.default_backend() == "cpu" else 1
-        with ThreadPoolExecutor(workers) as pool:
-            found = np.concatenate(list(pool.map(one, begins)), axis=-1)
-        return np.moveaxis(found[..., : len(chosen)], -1, 0)
-
-    def _body(self) -> RigidBody:
-        inverse = (jax.vmap(inverse_3x3) if self.varies else inverse_3x3)(self.spacecraft.inertia)
-        return RigidBody(self.spacecraft, inverse, self.torques)
-
-    def _absent(self, body: RigidBody) -> Absent:
-        own = eqx.filter(body, eqx.is_array)
-        zero = jax.tree.map(lambda x: np.asarray(x) == 0.0, own)
-        if self.varies:
-            zero = eqx.tree_at(varying, zero, jax.tree.map(lambda x: np.all(x, axis=0), varying(zero)))
-        return tuple(tuple(x.reshape(-1).tolist()) for x in jax.tree.leaves(zero))
-
-    def trajectory(self, states: Float[np.ndarray, "cases samples parts"], error: float | None) -> Trajectory:
-        q = states[..., :4]
-        with np.errstate(all="ignore"):
-            length = np.linalg.norm(q, axis=-1, keepdims=True)
-            unit = q / length
-        # A motion thrown out by unstable steps may still be finite: its quaternion is not of unit length.
-        finite = np.isfinite(states).all(axis=(1, 2)) & np.all(np.abs(length - 1.0) < 0.5, axis=(1, 2))
-        return Trajectory(
-            quaternion=jnp.asarray(np.where(finite[:, None, None], unit, np.nan)),
-            angular_velocity=jnp.asarray(states[..., 4:7]),
-            rod_lag=jnp.asarray(states[..., 7:]) if states.shape[-1] > 7 else None,
-            error=error,
-            diverged=tuple(np.flatnonzero(~finite).tolist()),
-        )
-
-
-@eqx.filter_jit
-def _tabulated(surroundings: Tabulate, times: Float[Array | np.ndarray, " n"]) -> OrbitTable:
-    return surroundings(times)
-
-
-@eqx.filter_jit
-def _rates(spacecraft, initial, table, *, body_varies):
-    return eqx.filter_vmap(fastest_rate, in_axes=(eqx.if_array(0) if body_varies else None, 0, None))(
-        spacecraft, initial, table
-    )
-
-
-def _advance_chunk(parts, like, body, table, grid, count, body_varies, absent, last_only):
-    grid = jax.tree.map(jnp.asarray, grid)
-    return advance_parts(
-        parts, like, body, table, grid, body_varies=body_varies, absent=absent, count=count, last_only=last_only
-    )
-
-
-# The compiler prefers half of a 512-bit register, which costs a third of the speed; narrower processors do not mind.
-_OPTIONS: dict = {"compiler_options": {"xla_cpu_prefer_vector_width": 512}}
-_advance = eqx.filter_jit(_advance_chunk, **_OPTIONS)

@@ -13,6 +13,7 @@ from jaxsat.environment import OrbitTable
 from jaxsat.integrators import RK4, AdamsGrid, StepGrid, Tableau, integrate, integrate_blocks, tableau_step
 from jaxsat.math import quaternion
 from jaxsat.simulate.parts import advance_parts, parts_of
+from jaxsat.simulate.turns import past_turns, rod_fields
 from jaxsat.spacecraft import Spacecraft
 from jaxsat.torques import AbstractTorque
 
@@ -93,7 +94,14 @@ def by_adams(
 def attitude_step(
     body: RigidBody, tableau: Tableau, state: AttitudeState, h: Float[Array, ""], points: tuple[OrbitTable, ...]
 ) -> AttitudeState:
-    """One step of the attitude, with the quaternion brought back to unit length."""
+    """One step of the attitude, with the quaternion brought back to unit length.
+
+    Rods with hysteresis go through it on the branch on which they begin; where their field turns on the way, the end
+    is brought to where the turn leads (`past_turns`).
+    """
     points = (*points[:-1], points[-1].at_end())
-    state = tableau_step(tableau, lambda y, point: derivative(y, point, body), state, h, points)
-    return dataclasses.replace(state, quaternion=quaternion.normalize(state.quaternion))
+    before = None if state.rod_lag is None else rod_fields(state, points[0], body)
+    rising = None if before is None else before.rate >= 0.0
+    state = tableau_step(tableau, lambda y, point: derivative(y, point, body, rising=rising), state, h, points)
+    state = dataclasses.replace(state, quaternion=quaternion.normalize(state.quaternion))
+    return state if before is None else past_turns(state, h, before, points[-1], body)

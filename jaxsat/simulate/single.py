@@ -18,7 +18,16 @@ from jaxsat.integrators import DORMAND_PRINCE_8, AdamsGrid, StepGrid, Tableau
 from jaxsat.integrators.adams import ORDER, REACH, STABLE
 from jaxsat.integrators.grid import BLOCK
 from jaxsat.math import quaternion
+from jaxsat.simulate.checks import (
+    check_numbers,
+    check_satellite,
+    check_surroundings,
+    check_table,
+    check_tolerance,
+    in_unit_length,
+)
 from jaxsat.simulate.on_grid import Trajectory, by_adams, simulate_on_grid
+from jaxsat.simulate.turns import TURN_ORDER
 from jaxsat.spacecraft import Spacecraft
 from jaxsat.torques import AbstractTorque, torques_of
 
@@ -28,6 +37,8 @@ Tabulate = Callable[..., OrbitTable]
 COARSER = 1.5
 """Ratio of the steps of the two runs that are compared."""
 ATTEMPTS = 12
+UNRESOLVED = 0.1
+"""Two runs that are so far apart [rad] do not yet tell how their errors fall."""
 MOST_STEPS = 2_000_000
 ROUND_MU = 4.0e14
 """The Earth's gravitational parameter [m^3/s^2], rounded: what it enters is a scale of rates."""
@@ -50,32 +61,37 @@ def simulate(
     agree; `error` of the result is their difference. The torques are by default those of the satellite's parts
     (`jaxsat.torques.torques_of`). The method is the Runge-Kutta one of `tableau`; by default Adams of order 12 where
     all torques are smooth, else Dormand-Prince 8, whose steps end where a command of `Surroundings` jumps. To
-    differentiate, go over the grid of the result with `simulate_on_grid`. Raises ValueError where the times are not
-    monotonic, state or motion is not finite, and where no step holds the tolerance: it is below rounding, or the motion
-    has kinks that no step resolves.
+    differentiate, go over the grid of the result with `simulate_on_grid`. A quaternion may have any length above zero.
+    Raises ValueError where the times are not monotonic or beyond the orbit's, where no body has the inertia, where a
+    number, the state or its surroundings are not finite, and where no step holds the tolerance: it is below rounding,
+    or the motion has kinks that no step resolves.
     """
-    if not 0.0 < tolerance < 1.0:
-        raise ValueError(f"simulate: tolerance must be between 0 and 1 rad, got {tolerance}")
-    if not all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(initial)):
-        raise ValueError("simulate: the initial state is not finite")
+    check_tolerance(tolerance, "simulate")
+    check_satellite(spacecraft, "simulate")
+    check_numbers(torques, "simulate: torques")
+    initial = in_unit_length(initial, "simulate")
     times = np.asarray(times, float)
+    check_surroundings(surroundings, start, times, "simulate")
     if tableau is None and not _smooth(spacecraft, surroundings, start, torques):
         tableau = DORMAND_PRINCE_8
     order, reach, stable = (ORDER, REACH, STABLE) if tableau is None else (tableau.order, tableau.reach, math.inf)
-    rate = float(_rate(spacecraft, initial, surroundings, np.array([float(start)])))
+    rate, table = _rate(spacecraft, initial, surroundings, np.array([float(start)]))
+    check_table(table, "simulate")
 
     def attempt(step):
         if tableau is None and np.any(times != start):
             return _adams_at_step(spacecraft, initial, surroundings, times, start, torques, step)
         return _at_step(spacecraft, initial, surroundings, times, start, torques, tableau or DORMAND_PRINCE_8, step)
 
-    longest = longest_step(times, start, tableau, _jumps(surroundings))
-    first = min(first_reach(tolerance, order, reach, stable) / rate, longest / COARSER)
+    longest = longest_step(times, start, tableau, jumps(surroundings))
+    first = min(first_reach(tolerance, order, reach, stable) / float(rate), longest / COARSER)
+    # The turns of the rods' fields are of lower order than the method.
+    order = order if initial.rod_lag is None else min(order, TURN_ORDER)
     _, error, motion = hold(tolerance, first, order, times, start, attempt)
     return dataclasses.replace(motion, error=error)
 
 
-def _jumps(surroundings: Tabulate) -> np.ndarray | None:
+def jumps(surroundings: Tabulate) -> np.ndarray | None:
     """Times at which what is commanded jumps, if anything is [s]."""
     commands = surroundings.commands if isinstance(surroundings, Surroundings) else None
     return None if commands is None else commands.jumps()
@@ -114,28 +130,33 @@ def hold(tolerance, first_step, order, times, start, attempt):
     """
     span, best = float(np.max(np.abs(times - start), initial=0.0)), np.inf
     step = min(first_step, max(span, 1e-3))
-    stale = 0
+    stale, tried = 0, False
     for _ in range(ATTEMPTS):
         if span > MOST_STEPS * step:
             break
+        tried = True
         fine, coarse = attempt(step), attempt(COARSER * step)
         error = _largest_angle(fine.quaternion, coarse.quaternion)
         if error <= tolerance:
             return step, error, fine
-        # Where shorter steps do not help, near rounding or at kinks, more of them will not.
-        stale += error > 0.5 * best
+        # Where shorter steps do not help, near rounding or at kinks, more of them will not; of a motion that is not
+        # resolved yet that cannot be said.
+        stale += 0.5 * best < error < UNRESOLVED
         if np.isfinite(error) and (stale == 3 or (stale and error < 1e-9)):
             break
         best = min(best, error)
-        # A motion that is not resolved yet says little of how fast the error falls.
-        shrink = (0.5 * tolerance / error) ** (1.0 / order) if error < 0.1 else 0.5
+        # Nor of how fast the error falls.
+        shrink = (0.5 * tolerance / error) ** (1.0 / order) if error < UNRESOLVED else 0.5
         step *= max(0.25, shrink)
-    raise ValueError(f"no step holds a tolerance of {tolerance:g} rad; the best agreement was {best:.1e} rad")
+    told = "no motion was finite" if tried else f"more than {MOST_STEPS} steps would be needed"
+    told = f"the best agreement was {best:.1e} rad" if best < np.inf else told
+    raise ValueError(f"no step holds a tolerance of {tolerance:g} rad; {told}")
 
 
 @eqx.filter_jit
 def _rate(spacecraft, initial, surroundings, start):
-    return fastest_rate(spacecraft, initial, surroundings(start))
+    table = surroundings(start)
+    return fastest_rate(spacecraft, initial, table), table
 
 
 def fastest_rate(spacecraft: Spacecraft, initial: AttitudeState, table: OrbitTable) -> Float[Array, ""]:
@@ -168,7 +189,7 @@ def _apart(p: Float[Array, "*batch 4"], q: Float[Array, "*batch 4"]) -> Float[Ar
 
 def _at_step(spacecraft, initial, surroundings, times, start, torques, tableau, step) -> Trajectory:
     lay = functools.partial(
-        StepGrid.through, times, start=start, max_step=step, tableau=tableau, stops=_jumps(surroundings)
+        StepGrid.through, times, start=start, max_step=step, tableau=tableau, stops=jumps(surroundings)
     )
     used = lay().step.shape[0]
     # Few shapes, few compilations: the steps' number is rounded up, and the rest is not computed.

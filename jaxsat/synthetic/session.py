@@ -1,6 +1,7 @@
 """A simulated session: what surrounds the satellite, its truth and its telemetry."""
 
 import functools
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,6 @@ from jaxsat.environment import (
 from jaxsat.errors import InputError
 from jaxsat.estimation import attitude_from_sun_magnetic
 from jaxsat.given import Given, Orbit
-from jaxsat.math import quaternion
 from jaxsat.satellites.assembly import assembled
 from jaxsat.satellites.numbers import MUNIN, SatelliteNumbers
 from jaxsat.sensors import Albedo, PolygonPanels, current_readings, limited_currents, uniform_noise
@@ -95,7 +95,7 @@ def make_session(plan: SessionPlan) -> SimulatedSession:
         raise InputError(str(error), file=file, field="simulate.epoch_utc") from None
     orbit, elements = _orbit(plan, epoch, float(t[-1]))
     sun_eci = sun_directions(epoch, t, fixed=given.sun.direction_eci)
-    angle = given.earth.greenwich_angle(given.orbit.time_of_perigee_s or 0.0)
+    angle = given.earth.greenwich_angle(_perigee_s(given, elements))
     angle = greenwich_angle(epoch) if angle is None else angle
     around = Surroundings(orbit, field, angle, given.earth.rotation_rate_rad_s)
     craft, albedo = assembled(plan.satellite)
@@ -142,7 +142,7 @@ def _orbit(plan: SessionPlan, epoch: Epoch, end: float):
             orbit = sgp4_orbit(Satrec.twoline2rv(*tle), epoch, start=0.0, stop=end)
         except ValueError as error:
             raise InputError(str(error), file=file, field="simulate.tle") from None
-        around = elements_from_state(*eqx.filter_jit(orbit)(jnp.asarray(0.0)))
+        around = eqx.filter_jit(lambda t: elements_from_state(*orbit(t)).elements)(jnp.asarray(0.0))
     else:
         elements = elements or Orbit(**MUNIN["orbit"]).elements(EARTH_MU) or {}
         around = orbit = KeplerOrbit(**elements, mu=EARTH_MU)
@@ -156,9 +156,17 @@ def _orbit(plan: SessionPlan, epoch: Epoch, end: float):
 KEPLER = ("semi_major_axis", "eccentricity", "inclination", "raan", "argument_of_perigee", "mean_anomaly")
 
 
+def _perigee_s(given: Given, elements: dict[str, float]) -> float:
+    """Time of the perigee passage that is meant, by default the first after t = 0 [s]."""
+    if given.orbit.time_of_perigee_s is not None:
+        return given.orbit.time_of_perigee_s
+    mean_motion = math.sqrt(elements["mu"] / elements["semi_major_axis"] ** 3)
+    return (-elements["mean_anomaly"] % (2.0 * math.pi)) / mean_motion
+
+
 def _initial(settings: SimulationSettings, around: Surroundings, sun_eci: np.ndarray) -> AttitudeState:
     if settings.quaternion is not None:
-        q = quaternion.normalize(jnp.asarray(settings.quaternion))
+        q = jnp.asarray(settings.quaternion)
     else:
         field = eqx.filter_jit(around)(jnp.zeros(1)).b_field_eci[0]
         angles = jnp.asarray(np.radians(settings.sun_magnetic_deg))

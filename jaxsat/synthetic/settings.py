@@ -3,12 +3,13 @@
 The settings of the program `Orfs` (Penkov et al. 2009, sections 3.8 and 4).
 """
 
-import math
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from jaxsat.errors import InputError
+from jaxsat.physical import is_attitude, unit_quaternion
 from jaxsat.setting_types import Interval, NonNegative, Positive, Section, Vector
 from jaxsat.telemetry.elements.tle_lines import check_tle_lines
 from jaxsat.time import Epoch
@@ -22,10 +23,10 @@ def _instant(text: str) -> str:
     return text
 
 
-def _unit_quaternion(q: tuple[float, ...]) -> tuple[float, ...]:
-    if abs(math.hypot(*q) - 1.0) > 1e-3:
-        raise ValueError(f"expected a unit quaternion, its length is {math.hypot(*q):.6g}")
-    return q
+def _attitude(q: tuple[float, ...]) -> tuple[float, ...]:
+    if not is_attitude(np.array(q)):
+        raise ValueError("expected a quaternion that is not zero")
+    return tuple(unit_quaternion(np.array(q)).tolist())
 
 
 def _element_set(lines: tuple[str, str]) -> tuple[str, str]:
@@ -42,8 +43,8 @@ def _printable(name: str) -> str:
     return name
 
 
-UnitQuaternion = Annotated[tuple[float, float, float, float], Field(strict=False), AfterValidator(_unit_quaternion)]
-"""Scalar first."""
+UnitQuaternion = Annotated[tuple[float, float, float, float], Field(strict=False), AfterValidator(_attitude)]
+"""Scalar first; of any length above zero, and brought to one."""
 _Outline = Annotated[tuple[Vector, ...], Field(strict=False, min_length=3, max_length=64)]
 
 

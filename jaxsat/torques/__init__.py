@@ -16,6 +16,7 @@ from jaxsat.torques.gravity_gradient import gravity_gradient_torque as gravity_g
 from jaxsat.torques.hysteresis import HysteresisRodsTorque as HysteresisRodsTorque
 from jaxsat.torques.hysteresis import hysteresis_dipole as hysteresis_dipole
 from jaxsat.torques.hysteresis import induction_from_lag as induction_from_lag
+from jaxsat.torques.hysteresis import lag_along_branch as lag_along_branch
 from jaxsat.torques.hysteresis import lag_from_induction as lag_from_induction
 from jaxsat.torques.hysteresis import lag_rate as lag_rate
 from jaxsat.torques.magnetic import LinearRodsTorque as LinearRodsTorque

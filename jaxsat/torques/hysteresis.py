@@ -16,7 +16,7 @@ import math
 from typing import ClassVar
 
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from jaxsat.constants import VACUUM_PERMEABILITY
 from jaxsat.spacecraft import HysteresisRods, Spacecraft
@@ -54,15 +54,39 @@ def lag_from_induction(
 
 
 def lag_rate(
-    rods: HysteresisRods, lag: Float[Array, " rods"], b_field_rate_body: Float[Array, "3"]
+    rods: HysteresisRods,
+    lag: Float[Array, " rods"],
+    b_field_rate_body: Float[Array, "3"],
+    rising: Bool[Array, " rods"] | None = None,
 ) -> Float[Array, " rods"]:
     """Time derivative of the lag [1/s]; `b_field_rate_body` is that of the field's components in body axes [T/s].
 
-    Continuous where the field turns, with a break in its slope: a fixed-step method falls to second order there.
+    Continuous where the field turns, with a break in its slope: a fixed-step method falls to second order there. With
+    `rising` the branches of the law are those of a field that rises or falls, whatever it does: without the break.
     """
     field_rate = field_along_rods(rods, b_field_rate_body)
-    distance = jnp.clip(0.5 * (1.0 + jnp.where(field_rate >= 0.0, lag, -lag)), 0.0, 1.0)
-    return (1.0 - rods.initial_slope) * (1.0 - distance**rods.exponent) * field_rate / rods.coercive_field
+    return _share(rods, lag, field_rate >= 0.0 if rising is None else rising) * field_rate / rods.coercive_field
+
+
+def lag_along_branch(
+    rods: HysteresisRods, lag: Float[Array, " rods"], rising: Bool[Array, " rods"], field_change: Float[Array, " rods"]
+) -> Float[Array, " rods"]:
+    """Lag after the field along the rods has changed [A/m] by less than Hc, forward or back along one branch.
+
+    On a branch the lag depends on the field alone; one step of RK4 in the field, whose error is its fifth power.
+    """
+    step = field_change / rods.coercive_field
+    a = _share(rods, lag, rising)
+    b = _share(rods, lag + 0.5 * step * a, rising)
+    c = _share(rods, lag + 0.5 * step * b, rising)
+    d = _share(rods, lag + step * c, rising)
+    return lag + step / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+
+
+def _share(rods: HysteresisRods, lag: Float[Array, " rods"], rising: Bool[Array, " rods"]) -> Float[Array, " rods"]:
+    """1 - Q: change of the lag with the field over Hc, on the branch of rising or falling fields."""
+    distance = jnp.clip(0.5 * (1.0 + jnp.where(rising, lag, -lag)), 0.0, 1.0)
+    return (1.0 - rods.initial_slope) * (1.0 - distance**rods.exponent)
 
 
 def hysteresis_dipole(
@@ -72,7 +96,12 @@ def hysteresis_dipole(
 
     Less the field's own share, V H, they would be two thousandths smaller: less than the apparent numbers are known to.
     """
-    return (rods.volumes * induction_from_lag(rods, lag, b_field_body) / VACUUM_PERMEABILITY) @ rods.axes
+    return moment_of_induction(rods, induction_from_lag(rods, lag, b_field_body))
+
+
+def moment_of_induction(rods: HysteresisRods, induction: Float[Array, " rods"]) -> Float[Array, "3"]:
+    """Sum of the moments of rods with a flux density [T], body axes [A m^2]."""
+    return (rods.volumes * induction / VACUUM_PERMEABILITY) @ rods.axes
 
 
 class HysteresisRodsTorque(AbstractTorque):

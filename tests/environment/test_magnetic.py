@@ -174,6 +174,13 @@ def test_field_is_linear_in_its_coefficients():
     np.testing.assert_allclose(value, evaluate(field, point), rtol=1e-12)
 
 
+def test_centre_of_the_earth_is_refused():
+    centre = np.zeros(3)
+    for field in (igrf_field(2025.0), dipole_from_pole(8e22, latitude=1.4, longitude=0.0)):
+        with pytest.raises(ValueError, match="no value at the centre of its source, and position is zero"):
+            field(jnp.asarray(centre))
+
+
 def test_axial_dipole_points_north_over_the_equator():
     g = jnp.zeros((2, 2)).at[1, 0].set(-3e-5)
     b_field = evaluate(InternalField(g, jnp.zeros((2, 2))), jnp.asarray([6371.2e3, 0.0, 0.0]))

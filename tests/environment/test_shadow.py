@@ -160,6 +160,17 @@ def test_umbra_full_light_and_annular_eclipse():
     assert seen == pytest.approx(1 - (np.arcsin(R / far) / np.arcsin(SUN_RADIUS / (AU + far))) ** 2, rel=1e-12)
 
 
+@pytest.mark.parametrize("depth", [0.0, 2e4, 0.5 * R, R])
+def test_below_the_ground_the_horizon_is_that_of_the_ground(depth):
+    """Which is flat there: the Sun is up, down, or half of it; at the centre, with no vertical, half of it always."""
+    half = np.radians(0.3)
+    for altitude, expected in ((half, 1.0), (-half, 0.0), (0.0, 0.5)):
+        position = jnp.asarray((R - depth) * np.array([np.sin(altitude), np.cos(altitude), 0.0]))
+        # The disk is flat and the horizon's circle of 90 deg is not: 0.006 of half the disk. Parallax is 4e-5 rad.
+        assert float(cone(position, jnp.asarray(SUN))) == pytest.approx(0.5 if depth == R else expected, abs=0.01)
+        assert all(np.all(np.isfinite(x)) for x in cone_gradient(position, jnp.asarray(SUN)))
+
+
 @pytest.mark.parametrize("contact", ["outer", "inner", "middle", "axis", "sunward"])
 def test_gradients_are_finite_at_contact_and_match_differences(contact):
     limb, half_disk = np.arcsin(R / 7.0e6), np.arcsin(SUN_RADIUS / AU)

@@ -36,7 +36,7 @@ class Case:
         satellite = read_satellite()
         session = read_telemetry(path, satellite)
         whole = Samples.of(session.channels, session.epoch, session.columns)
-        self.samples = whole if samples is None else cut(whole, samples)
+        self.samples = whole if samples is None else whole.part(slice(samples))
         # Of few leaves where the program shall be a small one.
         leaves = tuple(leaf for leaf in satellite.leaves if not only or leaf.name in only)
         self.parameters = free_parameters(
@@ -57,10 +57,3 @@ class Case:
         for name, value in wanted.items():
             values[names.index(name)] = value
         return values
-
-
-def cut(whole: Samples, count: int) -> Samples:
-    """The first samples alone."""
-    return dataclasses.replace(
-        whole, t=whole.t[:count], values={name: rows[:count] for name, rows in whole.values.items()}
-    )

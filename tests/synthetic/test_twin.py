@@ -263,7 +263,7 @@ def test_what_is_refused(satellite, tmp_path, capsys):
     refused = {
         ("--satellite", path, "--start", "yesterday"): "--start: expected a UTC instant",
         ("--satellite", path, "--duration", "6", "--every", "5"): "duration over interval gives 1.2 readings",
-        ("--satellite", path, "--attitude", "1", "1", "0", "0"): "--attitude: expected a unit quaternion",
+        ("--satellite", path, "--attitude", "0", "0", "0", "0"): "--attitude: expected a quaternion that is not zero",
         ("--satellite", path, "--commands", str(commands)): "holds no column of the satellite file; there are none",
         ("--satellite", path, "--orbit", str(tmp_path / "no.tle")): "no.tle: cannot be read",
         ("--satellite", path, "--orbit", str(tle), "--out", str(tmp_path)): "would be written over it",

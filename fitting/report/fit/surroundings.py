@@ -19,7 +19,8 @@ from fitting.outcome.result import FitResult
 from fitting.report.orbit_document import FRAME, orbit_document
 from fitting.report.scene import Sky, scene_document, sky_over
 from fitting.stored import Stored
-from jaxsat.environment import AbstractOrbit, KeplerOrbit, elements_from_state
+from jaxsat.constants import EARTH_MU
+from jaxsat.environment import AbstractOrbit, KeplerOrbit, classical_elements
 from jaxsat.math.sizes import few_sizes
 from jaxsat.time import Epoch
 
@@ -87,6 +88,6 @@ def osculating(
     t_s: Float[Array, ""] | float,
 ) -> KeplerOrbit:
     """Returns the ellipse through a state at `t_s`: an orbit that is tabulated over its arc has no revolution."""
-    ellipse = elements_from_state(jnp.asarray(position_m), jnp.asarray(velocity_m_s))
+    ellipse = classical_elements(jnp.asarray(position_m), jnp.asarray(velocity_m_s), jnp.asarray(EARTH_MU))
     back = ellipse.mean_anomaly - ellipse.mean_motion * t_s
     return eqx.tree_at(lambda orbit: orbit.mean_anomaly, ellipse, back)

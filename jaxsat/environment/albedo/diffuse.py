@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxsat.constants import EARTH_RADIUS_MEAN
+from jaxsat.environment.albedo.above_ground import above_ground
 from jaxsat.environment.albedo.reflectivity import AbstractReflectivity, UniformReflectivity
 from jaxsat.math import float_array, unit
 
@@ -26,7 +27,7 @@ def diffuse_albedo(
     the integral of mu_sun (n . d)/pi over the solid angle of the Earth (Lambert's law; Knocke 1988, section 2.1, with
     constant reflectivity). Rings are Gauss-Legendre nodes in the angle of emission, azimuths fill the lit arc of each
     ring. 10 x 20 agree with the full integral to 0.1 % of the best-placed panel's current, for any panel, and as well
-    with weights times the reflectivity of Knocke's zones.
+    with weights times the reflectivity of Knocke's zones. Below the ground they are those at it.
     """
     directions, weights, _ = lit_patches(position_eci, sun_eci, radius, rings, azimuths)
     return directions, weights
@@ -40,6 +41,7 @@ def lit_patches(
     azimuths: int,
 ) -> tuple[Float[Array, "k 3"], Float[Array, "k"], Float[Array, "k 3"]]:
     """Return directions and weights of `diffuse_albedo`, and unit vectors from the Earth's centre to the patches."""
+    position_eci = above_ground(position_eci, radius)
     distance = jnp.linalg.norm(position_eci)
     vertical = position_eci / distance
     ratio = distance / radius

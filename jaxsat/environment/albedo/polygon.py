@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from jaxsat.environment.albedo.above_ground import above_ground
 from jaxsat.environment.albedo.specular import reflection_angle
 from jaxsat.math import angle_between, cross
 
@@ -29,7 +30,7 @@ def mirrored_area(
     """
     if corners_eci.shape[0] < 3:
         raise ValueError(f"corners_eci must be at least three corners of a polygon, got {corners_eci.shape[0]}")
-    p, corners, sun = position_eci / radius, corners_eci / radius, sun_eci
+    p, corners, sun = above_ground(position_eci, radius) / radius, corners_eci / radius, sun_eci
     square = p @ p
     cosine = jnp.cos(reflection_angle(angle_between(p, sun), jnp.sqrt(square)))
     lit = cosine > 0.0

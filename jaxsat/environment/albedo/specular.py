@@ -6,6 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxsat.constants import EARTH_RADIUS_MEAN
+from jaxsat.environment.albedo.above_ground import above_ground
 from jaxsat.math import angle_between, float_array, unit
 
 # Newton on a function whose slope lies between 1 and 2 away from the surface: six steps reach 1e-16 for ratio > 1.01.
@@ -49,7 +50,9 @@ def specular_albedo(
     Perfect mirror of `radius` [m], `sun_eci` a unit vector; rho the distance to the reflection point:
     factor = 1 / [(1 + 2 rho/(R cos Theta)) (1 + 2 rho cos(Theta)/R)], the limit for small polygons of Penkov (2009,
     section 3.5). Exactly zero beyond the mirror's terminator, where the direction is the nadir.
+    Below the ground both are those at it.
     """
+    position_eci = above_ground(position_eci, radius)
     distance = jnp.linalg.norm(position_eci)
     vertical = position_eci / distance
     alpha = angle_between(position_eci, sun_eci)

@@ -10,8 +10,8 @@ from jaxsat.environment.orbit.accelerations import HarmonicGravity as HarmonicGr
 from jaxsat.environment.orbit.accelerations import SolarPressure as SolarPressure
 from jaxsat.environment.orbit.accelerations import ThirdBody as ThirdBody
 from jaxsat.environment.orbit.kepler import KeplerOrbit as KeplerOrbit
+from jaxsat.environment.orbit.kepler import classical_elements as classical_elements
 from jaxsat.environment.orbit.kepler import dcm_eci_from_perifocal as dcm_eci_from_perifocal
-from jaxsat.environment.orbit.kepler import elements_from_state as elements_from_state
 from jaxsat.environment.orbit.kepler import orbit_from_elements_km_deg as orbit_from_elements_km_deg
 from jaxsat.environment.orbit.kepler import orbit_from_perigee_time_km_deg as orbit_from_perigee_time_km_deg
 from jaxsat.environment.orbit.kepler import solve_kepler as solve_kepler
@@ -22,3 +22,5 @@ from jaxsat.environment.orbit.moving_axes import frame_motion as frame_motion
 from jaxsat.environment.orbit.numerical import propagate_orbit as propagate_orbit
 from jaxsat.environment.orbit.sampled import SampledOrbit as SampledOrbit
 from jaxsat.environment.orbit.sampled import sample_orbit as sample_orbit
+from jaxsat.environment.orbit.through_state import StateOrbit as StateOrbit
+from jaxsat.environment.orbit.through_state import elements_from_state as elements_from_state

@@ -1,5 +1,6 @@
-"""The Kepler orbit: elements to state, state to elements, and Kepler's equation with its exact derivative."""
+"""The Kepler orbit by classical elements, and Kepler's equation with its exact derivative."""
 
+import dataclasses
 import math
 
 import equinox as eqx
@@ -10,11 +11,12 @@ from jaxtyping import Array, Float
 
 from jaxsat.constants import EARTH_MU
 from jaxsat.environment.orbit.abstract import AbstractOrbit
-from jaxsat.math import float_array
+from jaxsat.math import float_array, is_known
 
 Real = int | float
 # Danby's fourth-order correction from his start value: the third leaves 1e-15 for e <= 0.95, one more is a margin.
 _ITERATIONS = 4
+LARGEST_ECCENTRICITY = 0.95
 
 
 @jax.custom_jvp
@@ -74,6 +76,19 @@ class KeplerOrbit(AbstractOrbit):
     mu: Float[Array, ""] = eqx.field(converter=float_array, default=EARTH_MU)
     """Gravitational parameter [m^3/s^2]."""
 
+    def __check_init__(self):
+        # Traced numbers cannot be asked: with those that are none the state is NaN.
+        for name in (field.name for field in dataclasses.fields(self)):
+            value = getattr(self, name)
+            if is_known(value) and not np.all(np.isfinite(value)):
+                raise ValueError(f"KeplerOrbit: {name} must be finite, got {value}")
+        if is_known(self.semi_major_axis) and not np.all(np.asarray(self.semi_major_axis) > 0.0):
+            raise ValueError(f"KeplerOrbit: semi_major_axis must be above zero, got {self.semi_major_axis} m")
+        if is_known(self.eccentricity):
+            e = np.asarray(self.eccentricity)
+            if not np.all((e >= 0.0) & (e <= LARGEST_ECCENTRICITY)):
+                raise ValueError(f"KeplerOrbit: eccentricity must be in 0..{LARGEST_ECCENTRICITY}, got {e}")
+
     @property
     def mean_motion(self) -> Float[Array, ""]:
         """Mean angular rate n = sqrt(mu / a^3) [rad/s]."""
@@ -98,15 +113,15 @@ class KeplerOrbit(AbstractOrbit):
         """Do nothing: an ellipse has no ends."""
 
 
-def elements_from_state(
-    position_eci: Float[Array, "3"], velocity_eci: Float[Array, "3"], mu: float | Float[Array, ""] = EARTH_MU
+def classical_elements(
+    position_eci: Float[Array, "3"], velocity_eci: Float[Array, "3"], mu: Float[Array, ""]
 ) -> KeplerOrbit:
-    """Return the elliptic orbit through a state at t = 0 (Montenbruck & Gill 2000, section 2.2.4).
+    """Return classical elements of the ellipse through a state at t = 0 (Montenbruck & Gill 2000, section 2.2.4).
 
-    Where an angle is undefined it is zero: the node of an equatorial orbit, the perigee argument of a circular one;
-    derivatives of the undefined angles are then zero too, not NaN.
+    Where an angle is undefined it is zero: the node of an equatorial orbit, the perigee argument of a circular one.
+    Derivatives of these angles are then called zero, which is not what their position along the orbit would need: to
+    differentiate through a state take `elements_from_state`.
     """
-    mu = float_array(mu)
     r = jnp.linalg.norm(position_eci)
     momentum = jnp.cross(position_eci, velocity_eci)
     a = 1.0 / (2.0 / r - jnp.sum(velocity_eci**2) / mu)
@@ -153,8 +168,8 @@ def orbit_from_perigee_time_km_deg(
 def _check_elements(a_km: Real, e: Real) -> None:
     if not 0.0 < a_km < math.inf:
         raise ValueError(f"a_km must be positive, got {a_km}")
-    if not 0.0 <= e <= 0.95:
-        raise ValueError(f"e must be in 0..0.95, got {e}")
+    if not 0.0 <= e <= LARGEST_ECCENTRICITY:
+        raise ValueError(f"e must be in 0..{LARGEST_ECCENTRICITY}, got {e}")
 
 
 def _length(x: Float[Array, ""], y: Float[Array, ""]) -> Float[Array, ""]:

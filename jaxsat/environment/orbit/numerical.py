@@ -12,6 +12,7 @@ from jaxtyping import Array, Float, PyTree
 
 from jaxsat.environment.orbit.accelerations import AbstractAcceleration
 from jaxsat.environment.orbit.sampled import WINDOW, SampledOrbit
+from jaxsat.math import is_known
 from jaxsat.math.runge_kutta import DORMAND_PRINCE_8
 
 
@@ -29,8 +30,13 @@ def propagate_orbit(
     Equal steps of at most `step` [s] of order eight (Dormand & Prince), each a sample of the result: a low orbit errs
     by less than 1 mm a day at 60 s, by 1 cm at 120 s. Derivatives with respect to the state and to whatever the
     accelerations hold flow forward and backward; backward, a step remembers its state alone (48 bytes) and is worked
-    out again. Raises ValueError for an empty span, or one for which an acceleration has no table (unless it is traced).
+    out again. Raises ValueError for an empty span, or one for which an acceleration has no table, and for a state that
+    is not finite or at the Earth's centre (unless it is traced).
     """
+    if is_known(position_eci, velocity_eci):
+        r, v = np.asarray(position_eci), np.asarray(velocity_eci)
+        if not (np.isfinite(r).all() and np.isfinite(v).all() and r.any()):
+            raise ValueError(f"expected a finite state off the Earth's centre, got position {r} m, velocity {v} m/s")
     if not (0.0 < abs(stop - start) < math.inf and step > 0.0):
         raise ValueError(f"stop must differ from start and step be positive, got {start}, {stop}, {step}")
     for acceleration in accelerations:

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
+from jaxsat.physical import check_inertia
 from jaxsat.satellites.sections.fitted import (
     Direction,
     PositiveScalar,
@@ -24,19 +25,6 @@ def _edges(size: tuple[float, float, float]) -> tuple[float, float, float]:
 
 
 Size = Annotated[Vector, AfterValidator(_edges)]
-
-
-def check_inertia(tensor: np.ndarray) -> None:
-    """ValueError unless some body has this inertia tensor [3 3]."""
-    if not np.allclose(tensor, tensor.T, rtol=1e-9, atol=0.0):
-        raise ValueError("inertia tensor is not symmetric")
-    low, middle, high = np.linalg.eigvalsh(tensor).tolist()
-    if not low > 0.0:
-        raise ValueError(f"inertia tensor is not positive definite: its smallest principal moment is {low:.6g} kg m2")
-    if high > (low + middle) * (1.0 + 1e-9):
-        raise ValueError(
-            f"no body has these principal moments: {high:.6g} exceeds the sum of {low:.6g} and {middle:.6g} kg m2"
-        )
 
 
 class Body(Section):

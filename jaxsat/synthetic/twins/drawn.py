@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxsat.errors import InputError
+from jaxsat.physical import check_inertia
 from jaxsat.satellites import Satellite
 from jaxsat.satellites.model import INERTIA_PLACE, Leaf, Model, nominal_values, with_values
-from jaxsat.satellites.sections.parts import check_inertia
 
 ATTEMPTS = 1000
 RODS = "spacecraft.hysteresis_rods."

@@ -173,3 +173,15 @@ def test_single_precision_stays_single():
 def test_refuses_no_rings():
     with pytest.raises(ValueError, match="rings"):
         DiffuseAlbedo(rings=0)
+
+
+@pytest.mark.parametrize("height_km", [0.0, -20.0, -3000.0, -6371.2])
+def test_below_the_ground_it_is_the_light_at_the_ground(height_km):
+    """Of a plain lit by the Sun: a plate that faces it has the cosine of the Sun's zenith distance (Lambert)."""
+    for sun_deg in (0, 60, 90, 180):
+        directions, weights = albedo(*scene(height_km, sun_deg))
+        if height_km > -6371.0:
+            found = currents(np.array([[0.0, 0.0, -1.0]]), directions, weights)[0]
+            # 2e-6 of the light passes by at 6 m above the ground, where it is taken.
+            assert found == pytest.approx(max(np.cos(np.radians(sun_deg)), 0.0), abs=4e-6)
+        assert np.all(np.isfinite(directions)) and np.all(np.isfinite(weights))

@@ -103,6 +103,26 @@ def test_value_and_gradient_are_finite(alpha):
     assert all(np.all(np.isfinite(x)) for x in leaves)
 
 
+@pytest.mark.parametrize("ratio", [1.0, 0.998, 0.5, 0.0])
+def test_below_the_ground_it_is_the_mirror_at_the_feet(ratio):
+    """All of the light, from as far below the horizon as the Sun is above it; at the centre it is finite."""
+    for alpha in (0.0, 40.0, 80.0, 100.0, 180.0):
+        position = at(alpha, ratio)
+        direction, factor = albedo(position, SUN)
+        vertical = np.array(
+            [np.sin(np.radians(alpha)) * f(0.4) for f in (np.cos, np.sin)] + [np.cos(np.radians(alpha))]
+        )
+        if ratio > 0.0 and alpha < 90.0:
+            # Six metres above the ground, over the cosine: 2 h / R of each factor of the thinning.
+            np.testing.assert_allclose(factor, 1.0, atol=1e-4)
+            mirrored = SUN - 2.0 * (SUN @ vertical) * vertical
+            np.testing.assert_allclose(direction, mirrored, atol=1e-4)
+        elif ratio > 0.0:
+            assert float(factor) == 0.0
+        leaves = jax.tree.leaves((direction, factor, albedo_gradient(position, SUN)))
+        assert all(np.all(np.isfinite(x)) for x in leaves)
+
+
 @pytest.mark.parametrize("alpha", [0.0, 5e-5, 0.01, 40.0, 110.0, 122.0])
 def test_gradient_against_differences(alpha):
     position = at(alpha)

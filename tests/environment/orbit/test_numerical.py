@@ -69,7 +69,7 @@ def states(orbit):
 
 @jax.jit
 def elements(orbit):
-    return jax.vmap(elements_from_state)(orbit.position_eci, orbit.velocity_eci)
+    return jax.vmap(elements_from_state)(orbit.position_eci, orbit.velocity_eci).elements
 
 
 @pytest.mark.slow

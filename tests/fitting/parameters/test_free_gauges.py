@@ -7,6 +7,7 @@ import pytest
 
 from fitting.parameters.chosen import chosen_leaves
 from fitting.parameters.free import FreeParameters, free_parameters
+from fitting.parameters.invisible import relative_to
 from jaxsat.satellites import Satellite, read_satellite
 
 NORMALS = "[[1, 0, 0], [-0.5, 0.8660254037844386, 0], [-0.5, -0.8660254037844386, 0]]"
@@ -100,3 +101,15 @@ def test_another_choice_is_the_same_program(satellite):
     trees = [some(satellite, *free).tree for free in ((), ("magnet", "cells"))]
     first, second = (jax.tree.structure(tree) for tree in trees)
     assert first == second
+
+
+def test_what_a_gauge_scales_is_called_relative(satellite):
+    everything = some(satellite)
+    nominal = np.asarray(everything.tree.nominal)
+    by_magnet = {n for n in everything.names if n.startswith(("magnet.", "rods.", "inertia."))}
+    by_gain = {"cells.imax"} | {n for n in everything.names if ".gain" in n}
+    assert relative_to(everything, nominal) == {
+        **dict.fromkeys(by_magnet, "given |magnet|"),
+        **dict.fromkeys(by_gain, "given mean gain"),
+    }
+    assert relative_to(some(satellite, "magnet", "rods"), nominal) == {}
