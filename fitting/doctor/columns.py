@@ -32,7 +32,7 @@ def dead_columns(bench: Bench) -> Iterator[Trial]:
             for chi2 in bench.anew(samples, STARTS):
                 yield Trial(
                     "column",
-                    f"column {labels[k]} of {name} is dead or wrong",
+                    f"column {labels[k]} of {name} is {'dead' if k in dark else 'weak or wrong'}",
                     "the panel, its wire or its amplifier gives no reading to be believed: leave the column out",
                     # What is left out would have had the chi2 of noise.
                     chi2 + bench.told(own),

@@ -92,10 +92,10 @@ def other_year(bench: Bench, elements_epoch: Epoch | None) -> Iterator[Trial]:
         bench.around, field=igrf_field(meant.decimal_year()), greenwich_angle=np.asarray(greenwich_angle(meant))
     )
     problem = bench.rebuilt(replace(bench.samples, epoch=meant), around)
-    off = f"{abs(years)} {'late' if years > 0 else 'early'}"
+    off = f"{abs(years)} years {'late' if years > 0 else 'early'}"
     yield Trial(
         "date",
-        f"the year is {off}: {meant.iso(0)} is {_near(meant, elements_epoch)}",
+        f"the date is {off}: {meant.iso(0)} is {_near(meant, elements_epoch)}",
         "field, Sun and Greenwich are those of another date: correct it",
         bench.best_of(problem, bench.refitted(problem))[0],
         1,

@@ -45,7 +45,7 @@ def stored_result(directory: Path, fit: dict, provenance: dict, columns: Columns
         channels={name: _channel(name, fit, table) for name, table in tables.items()},
         axes=fit["axes"],
         alternatives=tuple(fit["alternatives"]),
-        causes=tuple(Cause(**each) for each in fit["causes"]),
+        causes=tuple(Cause(**each) for each in fit.get("causes", ())),
         timing_s=fit["timing_s"],
         field_angle_deg=_known(attitude["field_angle_deg"]),
         field_angle_sigma_deg=_known(attitude["field_angle_sigma_deg"]),
