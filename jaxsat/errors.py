@@ -2,6 +2,14 @@
 
 from pathlib import Path
 
+_LONGEST, _LONGEST_NAME = 1000, 200
+
+
+def _shown(text: str) -> str:
+    """One line that any terminal can show: names of files and what they hold may have anything in them."""
+    text = text if len(text) <= _LONGEST else text[: _LONGEST - 3] + "..."
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+
 
 class InputError(ValueError):
     """Bad input: says which file, row and field, what was found and what was expected.
@@ -16,6 +24,7 @@ class InputError(ValueError):
         place = "" if file is None else str(file)
         if row is not None:
             place += f":{row}"
-        parts = [part for part in (place, field, " ".join(reason.split())) if part]
-        super().__init__(": ".join(parts))
+        name = field if field is None or len(field) <= _LONGEST_NAME else field[: _LONGEST_NAME - 3] + "..."
+        parts = [part for part in (place, name, " ".join(reason.split())) if part]
+        super().__init__(_shown(": ".join(parts)))
         self.reason, self.file, self.row, self.field = reason, file, row, field

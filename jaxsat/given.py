@@ -13,6 +13,9 @@ from jaxsat.constants import EARTH_ROTATION_RATE
 from jaxsat.errors import InputError
 from jaxsat.setting_types import Angle, Positive, Section, Vector
 
+_LONGEST_S = 1e9
+"""Thirty years."""
+
 
 def _unit(vector: tuple[float, float, float]) -> tuple[float, float, float]:
     if abs(math.hypot(*vector) - 1.0) > 1e-3:
@@ -39,7 +42,11 @@ class Orbit(Section):
         default=None, gt=6000, lt=1e6, description="semi-major axis, a [km]", examples=[7630.026457]
     )
     time_of_perigee_s: float | None = Field(
-        default=None, description="time of perigee passage after t = 0, tper [s]", examples=[3230.533197]
+        default=None,
+        ge=-_LONGEST_S,
+        le=_LONGEST_S,
+        description="time of perigee passage after t = 0, tper [s]",
+        examples=[3230.533197],
     )
     argument_of_latitude_deg: Angle | None = Field(
         default=None,
@@ -96,15 +103,20 @@ class Time(Section):
     """Time scale of the session."""
 
     zero_s: float = Field(
-        default=0.0, description="start of the new time scale after the earliest good sample, t00 [s]"
+        default=0.0,
+        ge=-_LONGEST_S,
+        le=_LONGEST_S,
+        description="start of the new time scale after the earliest good sample, t00 [s]",
     )
 
 
 class Earth(Section):
     """The Earth's figure and rotation."""
 
-    radius_km: Positive = Field(default=6371.2, description="radius for shadow and albedo, Rzem [km]")
-    rotation_rate_rad_s: float = Field(default=EARTH_ROTATION_RATE, description="rotation rate, Omz [rad/s]")
+    radius_km: Positive = Field(default=6371.2, le=1e6, description="radius for shadow and albedo, Rzem [km]")
+    rotation_rate_rad_s: float = Field(
+        default=EARTH_ROTATION_RATE, ge=-1.0, le=1.0, description="rotation rate, Omz [rad/s]"
+    )
     greenwich_angle_deg: Angle | None = Field(
         default=None, description="right ascension of Greenwich at t = 0, lgr00 [deg]", examples=[191.28]
     )

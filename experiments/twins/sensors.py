@@ -124,9 +124,8 @@ def _columns(sensor: dict[str, Any], means: Array) -> Array:
 def _noisy(sensor: dict[str, Any], means: Array, rng: np.random.Generator) -> Array:
     noise = sensor["sigma"] * rng.standard_normal(means.shape)
     if sensor["kind"] == "star_tracker":
-        # Half the angle about each body axis, as the components of a quaternion count it.
-        small = np.concatenate([np.ones((len(noise), 1)), noise[:, 1:]], axis=1)
-        turned = Rotation.from_quat(means, scalar_first=True) * Rotation.from_quat(small, scalar_first=True)
+        # An angle about each body axis.
+        turned = Rotation.from_quat(means, scalar_first=True) * Rotation.from_rotvec(noise[:, 1:])
         return turned.as_quat(canonical=True, scalar_first=True)
     if sensor.get("unit_vector"):
         noise = noise * np.linalg.norm(means, axis=1, keepdims=True)

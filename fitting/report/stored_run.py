@@ -2,7 +2,6 @@
 
 import csv
 import io
-import json
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,23 +11,16 @@ import numpy as np
 
 from fitting.outcome.result import FitResult
 from fitting.profile.profile import Profile
-from fitting.report.fit.document import SCHEMA
 from fitting.report.fit.owned import owned_files
 from fitting.report.fit.page import fit_page
 from fitting.report.fit.profiles import stored_profile
 from fitting.report.fit.stored import stored_result
+from fitting.report.schema.fit_file import Fit
+from fitting.report.schema.provenance_file import Provenance
+from fitting.report.schema.reading import FIT, LIMIT_BYTES, PROVENANCE, SCENE, read_stored
+from fitting.report.schema.scene_file import Scene
 from jaxsat.errors import InputError
-from jaxsat.files.text_file import read_small_file
-
-LIMIT_BYTES = 256 * 2**20
-SCHEMAS = {"fit.json": SCHEMA, "provenance.json": "jaxsat.provenance/1", "scene.json": "jaxsat.scene/1"}
-
-
-SHOWN = (
-    *("label", "epoch_utc", "paths", "sha256", "size_m", "rows", "samples", "orbit", "rejections", "settings"),
-    "satellite_file",
-)
-"""What a page takes of the provenance."""
+from jaxsat.files.text_file import REAL, read_small_file
 
 
 @dataclass(frozen=True)
@@ -42,11 +34,13 @@ class Run:
     """None where the orbit was not kept."""
     pictures: dict[str, bytes]
     """PNG content by file name."""
+    page: str
+    """The report's HTML."""
 
-    def page(self) -> str:
-        """The report's HTML."""
-        about = {"provenance": self.provenance, "scene": self.scene, "profiles": self.profiles}
-        return fit_page(self.result, self.pictures, **about)
+
+LARGEST = 1e100
+"""Of the numbers of a table: their squares are numbers still."""
+_PNG = b"\x89PNG\r\n\x1a\n"
 
 
 def read_run(directory: Path) -> Run:
@@ -57,13 +51,14 @@ def read_run(directory: Path) -> Run:
             "holds several runs; name one of its directories" if several else "no fit.json; expected results of a fit"
         )
         raise InputError(hint, file=directory)
-    fit, provenance = _document(directory / "fit.json"), _document(directory / "provenance.json")
-    scene = _document(directory / "scene.json") if (directory / "scene.json").exists() else None
+    fit = read_stored(directory / "fit.json", FIT, Fit)
+    provenance = read_stored(directory / "provenance.json", PROVENANCE, Provenance)
+    scene = read_stored(directory / "scene.json", SCENE, Scene) if (directory / "scene.json").exists() else None
     try:
         return _run(directory, fit, provenance, scene)
     except InputError:
         raise
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         reason = f"these are not the files that this version of jaxsat writes ({type(error).__name__}: {error}); "
         raise InputError(reason + "fit the session again", file=directory) from None
 
@@ -71,8 +66,9 @@ def read_run(directory: Path) -> Run:
 def _run(directory: Path, fit: dict, provenance: dict, scene: dict | None) -> Run:
     result = stored_result(directory, fit, provenance, _columns)
     profiles = tuple(stored_profile(each) for each in fit["profiles"].values())
-    _ = [provenance[key] for key in SHOWN]
-    return Run(result, profiles, provenance, scene, _pictures(directory, owned_files(directory, result.channels)))
+    pictures = _pictures(directory, owned_files(directory, result.channels))
+    about = {"provenance": provenance, "scene": scene, "profiles": profiles}
+    return Run(result, profiles, provenance, scene, pictures, fit_page(result, pictures, **about))
 
 
 def _pictures(directory: Path, names: Iterable[str]) -> dict[str, bytes]:
@@ -80,25 +76,20 @@ def _pictures(directory: Path, names: Iterable[str]) -> dict[str, bytes]:
 
 
 def _is_picture(path: Path) -> bool:
-    return path.suffix == ".png" and path.is_file()
-
-
-def _document(path: Path) -> dict[str, Any]:
-    text = read_small_file(path, limit_bytes=LIMIT_BYTES, kind="JSON")
-    try:
-        document = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"is no JSON: {error}", file=path) from None
-    found = document.get("schema") if isinstance(document, dict) else None
-    if found != SCHEMAS[path.name]:
-        raise InputError(f"expected {SCHEMAS[path.name]}, got {found}", file=path, field="schema")
-    return document
+    """Not a link to one, which may be anything of anybody's."""
+    if path.suffix != ".png" or path.is_symlink() or not path.is_file():
+        return False
+    with path.open("rb") as stream:
+        return stream.read(len(_PNG)) == _PNG
 
 
 def _columns(path: Path, expected: Iterable[str]) -> dict[str, np.ndarray]:
     """Numbers by column; an empty field is NaN, and so is all of `utc`."""
     text = read_small_file(path, limit_bytes=LIMIT_BYTES, kind="CSV").decode("utf-8", errors="replace")
-    rows = list(csv.reader(io.StringIO(text)))
+    try:
+        rows = list(csv.reader(io.StringIO(text)))
+    except csv.Error as error:
+        raise InputError(f"damaged CSV: {error}", file=path) from None
     names = list(expected)
     if rows[0] != names:
         missing = [name for name in names if name not in rows[0]] or ["other columns"]
@@ -109,8 +100,7 @@ def _columns(path: Path, expected: Iterable[str]) -> dict[str, np.ndarray]:
             raise InputError(f"{len(row)} fields; expected {len(names)}", file=path, row=number)
         for column, (name, field) in enumerate(zip(names, row, strict=True)):
             if field and name != "utc":
-                try:
-                    table[number - 2, column] = float(field)
-                except ValueError:
-                    raise InputError(f"expected a number, got {field!r}", file=path, row=number, field=name) from None
+                table[number - 2, column] = float(field) if REAL.fullmatch(field) else np.inf
+                if abs(table[number - 2, column]) > LARGEST:
+                    raise InputError(f"expected a number, got {field[:24]!r}", file=path, row=number, field=name)
     return dict(zip(names, table.T, strict=True))

@@ -44,6 +44,12 @@ for file in sorted(Path(__file__).parent.glob("*/command.py")):
 def run(arguments: Sequence[str]) -> int:
     """Runs one command line and returns its exit status; errors that a user can cause are one line on stderr."""
     try:
+        "".join(arguments).encode("utf-8")
+    except UnicodeEncodeError:
+        # Bytes of a name that are none: results could not say where they come from.
+        shown = next(a for a in arguments if not a.isprintable()).encode("utf-8", "backslashreplace").decode()
+        return _fail(f"{shown}: its name is not UTF-8 text; rename it", BAD_INPUT)
+    try:
         status = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
     except CycloptsError as error:
         return _fail(f"{' '.join(str(error).split())} (see jaxsat --help)", USAGE)

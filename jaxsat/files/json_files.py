@@ -1,11 +1,71 @@
-"""Strict JSON: plain values, no number that is not finite, one look for all commands."""
+"""Strict JSON: plain values, no number that is not finite, one look for all commands; read back as strictly."""
 
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from jaxsat.errors import InputError
+from jaxsat.files.text_file import hidden_character, read_small_file
+
+_NO_LINES = re.compile(r"[\n\r\t]")
+LARGEST_WHOLE = 2**63 - 1
+"""What other programs take for a whole number."""
+
+
+def read_json(path: Path, *, limit_bytes: int, kind: str) -> dict[str, Any]:
+    """Returns the object that a file holds; `kind` is for messages.
+
+    Raises `InputError` where it is none, or holds a number that is not finite or whole beyond 64 bits, a key twice, a
+    character that no text shows, or more levels than Python can go.
+    """
+    data = read_small_file(path, limit_bytes=limit_bytes, kind=kind)
+    try:
+        found = json.loads(data.decode("utf-8"), parse_constant=_refuse, object_pairs_hook=_once)
+        _check(found, "")
+    except UnicodeDecodeError:
+        raise InputError("is no UTF-8 text", file=path) from None
+    except ValueError as error:
+        raise InputError(f"is no JSON: {error}", file=path) from None
+    except RecursionError:
+        raise InputError("is no JSON: nested too deeply", file=path) from None
+    if not isinstance(found, dict):
+        raise InputError(f"is no {kind}: expected an object of named values", file=path)
+    return found
+
+
+def _refuse(word: str) -> Any:
+    raise ValueError(f"{word} is no number of JSON")
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        raise ValueError("a key is given twice")
+    return found
+
+
+def _check(value: Any, place: str) -> None:
+    if isinstance(value, dict):
+        for key, item in value.items():
+            own = f"{place}.{key}" if place else key
+            if hidden := hidden_character(key):
+                raise ValueError(f"{own}: {hidden} in a key")
+            _check(item, own)
+    elif isinstance(value, list):
+        for item in value:
+            _check(item, place)
+    elif isinstance(value, float):
+        if not math.isfinite(value):
+            raise ValueError(f"{place}: a number beyond what can be told")
+    elif isinstance(value, int):
+        if abs(value) > LARGEST_WHOLE:
+            raise ValueError(f"{place}: a whole number beyond 64 bits")
+    elif isinstance(value, str) and (hidden := hidden_character(_NO_LINES.sub("", value))):
+        raise ValueError(f"{place}: {hidden}")
 
 
 def plain(document: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:

@@ -1,6 +1,7 @@
 """A directory of results appears whole or not at all."""
 
 import os
+import re
 import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -9,6 +10,8 @@ from functools import cache
 from pathlib import Path
 
 from jaxsat.errors import InputError
+from jaxsat.files.publishing import finish_publishing, publish, refuse_folders
+from jaxsat.files.system import lock
 
 
 @contextmanager
@@ -17,18 +20,22 @@ def staged_directory(target: Path, owned: Sequence[str] = ()) -> Iterator[Path]:
 
     Files of `target` that have the same names are replaced; those named in `owned` and not written this time are
     removed, so that no result of an earlier run stands beside a new one; all others stay. If the block raises, `target`
-    and its parents are as they were: nothing was written there.
-    Raises `InputError` where `target` cannot be such a directory, before the block is entered.
+    and its parents are as they were: nothing was written there. If the process is killed, the next one that comes here
+    removes what it left. Raises `InputError` where `target` cannot be such a directory, or holds a folder under a name
+    of `owned`, before the block is entered.
     """
-    _umask()
+    mask = _umask()
     made = _make_parents(target)
     try:
-        stage = _make_stage(target)
+        real = _real_directory(target, owned)
+        stage, handle = _make_stage(real, target)
         try:
             yield stage
-            _publish(stage, target, owned)
+            publish(stage, real, owned, mode=0o777 & ~mask)
         finally:
             shutil.rmtree(stage, ignore_errors=True)
+            if handle is not None:
+                os.close(handle)
     except BaseException:
         for parent in reversed(made):
             with suppress(OSError):
@@ -44,24 +51,78 @@ def _make_parents(target: Path) -> list[Path]:
         for parent in missing:
             parent.mkdir()
             made.append(parent)
-    except OSError as error:
+    except (OSError, ValueError) as error:
         for parent in reversed(made):
             parent.rmdir()
-        raise InputError(f"cannot create this directory for the results: {error.strerror}", file=target) from None
+        raise InputError(f"cannot create this directory for the results: {_reason(error)}", file=target) from None
     return made
 
 
-def _make_stage(target: Path) -> Path:
-    if target.exists() and not target.is_dir():
-        raise InputError("is a file; expected a directory for the results", file=target)
+def _real_directory(target: Path, owned: Sequence[str]) -> Path:
+    """The directory itself, also where `target` is a link to it."""
     try:
-        if target.is_dir() and not os.access(target, os.W_OK | os.X_OK):
-            raise PermissionError(13, "Permission denied")
-        # Beside the real directory, also where `target` is a link: a rename must stay on one file system.
+        # Links that lead round in a circle are a RuntimeError.
         real = target.resolve()
-        return Path(tempfile.mkdtemp(prefix=f".{real.name}.part-", dir=real.parent))
+        if os.path.lexists(real) and not real.is_dir():
+            raise InputError("is a file; expected a directory for the results", file=target)
+        if real.is_dir() and not os.access(real, os.W_OK | os.X_OK):
+            raise PermissionError(13, "Permission denied")
+    except (OSError, RuntimeError) as error:
+        raise InputError(f"cannot write results here: {_reason(error)}", file=target) from None
+    refuse_folders(real, owned)
+    return real
+
+
+def _reason(error: Exception) -> str:
+    return error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+
+
+def _make_stage(real: Path, target: Path) -> tuple[Path, int | None]:
+    """An empty directory on the file system of `real`, and the handle that holds its lock."""
+    # A rename stays on one file system, and a directory that is mounted is one by itself.
+    inside = real.is_dir() and (real.stat().st_dev != real.parent.stat().st_dev or not os.access(real.parent, os.W_OK))
+    home = real if inside else real.parent
+    prefix = f".{real.name}.part-"
+    try:
+        _remove_stale(home, prefix, real)
+        while True:
+            stage = Path(tempfile.mkdtemp(prefix=prefix, dir=home))
+            handle = _held(stage, wait=True)
+            if stage.exists():
+                return stage, handle
+            # Another process took it for a leftover, before its lock.
+            if handle is not None:
+                os.close(handle)
     except OSError as error:
-        raise InputError(f"cannot write results here: {error.strerror}", file=target) from None
+        raise InputError(f"cannot write results here: {_reason(error)}", file=target) from None
+
+
+def _held(directory: Path, *, wait: bool) -> int | None:
+    """A handle that holds the lock of a directory; None where it was not got."""
+    try:
+        handle = os.open(directory, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0))
+    except OSError:
+        return None
+    if lock(handle, wait=wait):
+        return handle
+    os.close(handle)
+    return None
+
+
+def _remove_stale(home: Path, prefix: str, real: Path) -> None:
+    """Removes the stages of killed processes; one that was half moved is moved to its end before."""
+    pattern = re.compile(re.escape(prefix) + "[a-z0-9_]{8}")
+    for name in [entry.name for entry in os.scandir(home) if pattern.fullmatch(entry.name)]:
+        stage = home / name
+        handle = _held(stage, wait=False)
+        if handle is None:
+            continue
+        try:
+            if os.fstat(handle).st_uid == os.geteuid():
+                finish_publishing(stage, real)
+                shutil.rmtree(stage, ignore_errors=True)
+        finally:
+            os.close(handle)
 
 
 @cache
@@ -70,33 +131,3 @@ def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
-
-
-def _publish(stage: Path, target: Path, owned: Sequence[str]) -> None:
-    """Moves the staged files to `target`; on any failure puts back what had been there."""
-    # A directory of mkdtemp is private to the user; results follow the user's mask as any other new directory.
-    stage.chmod(0o777 & ~_umask())
-    if not target.exists():
-        stage.rename(target)
-        return
-    files = sorted(entry.name for entry in stage.iterdir() if entry.is_file())
-    replaced: list[tuple[Path, Path]] = []
-    new: list[Path] = []
-    with tempfile.TemporaryDirectory(prefix=".old-", dir=stage) as aside:
-        try:
-            for name in dict.fromkeys([*owned, *files]):
-                place, kept = target / name, Path(aside) / name
-                if place.exists() or place.is_symlink():
-                    place.rename(kept)
-                    replaced.append((kept, place))
-            for name in files:
-                (stage / name).rename(target / name)
-                new.append(target / name)
-        except BaseException as error:
-            for place in new:
-                place.unlink(missing_ok=True)
-            for kept, place in replaced:
-                kept.rename(place)
-            if isinstance(error, OSError):
-                raise InputError(f"cannot write results here: {error.strerror}", file=target) from None
-            raise

@@ -2,6 +2,7 @@
 
 import re
 import stat
+import unicodedata
 from pathlib import Path
 
 from jaxsat.errors import InputError
@@ -45,6 +46,12 @@ def read_small_file(path: str | Path, *, limit_bytes: int, kind: str) -> bytes:
         row = data.count(b"\n", 0, nul) + 1
         raise InputError(f"NUL byte: binary data or UTF-16; expected {kind} as plain text", file=path, row=row)
     return data
+
+
+def hidden_character(text: str) -> str:
+    """What a text holds that no line of text shows, as `character U+001B`; empty where all of it can be seen."""
+    hidden = next((c for c in text if unicodedata.category(c)[0] == "C" or c in "\u2028\u2029"), "")
+    return hidden and f"character U+{ord(hidden):04X}"
 
 
 def _too_long(size: int, limit: int, kind: str) -> str:

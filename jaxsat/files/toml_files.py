@@ -1,6 +1,7 @@
 """TOML files: read within limits, checked against a model with every error found at once."""
 
 import difflib
+import math
 import re
 import tomllib
 from collections.abc import Mapping
@@ -10,9 +11,15 @@ from typing import Any, TypeVar, get_args
 from pydantic import BaseModel, ValidationError
 
 from jaxsat.errors import InputError
-from jaxsat.files.text_file import read_small_file
+from jaxsat.files.json_files import LARGEST_WHOLE
+from jaxsat.files.text_file import hidden_character, read_small_file
 
 _LIMIT_BYTES = 2**20
+LARGEST = 1e30
+"""Of the numbers of a file, whatever their unit: its tenth power still is a number."""
+# The reader of TOML takes a time that goes with the square of the parts of a key.
+_PART = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+"""
+_DEEP_KEY = re.compile(rf"(?<![A-Za-z0-9_-])(?:{_PART}\.[ \t]*+){{32}}")
 Model = TypeVar("Model", bound=BaseModel)
 
 
@@ -21,7 +28,10 @@ def read_toml(path: str | Path, *, kind: str) -> dict[str, Any]:
     path = Path(path)
     data = read_small_file(path, limit_bytes=_LIMIT_BYTES, kind=kind)
     try:
-        return tomllib.loads(data.decode("utf-8"))
+        text = data.decode("utf-8")
+        if _DEEP_KEY.search(text):
+            raise RecursionError
+        found = tomllib.loads(text)
     except UnicodeDecodeError as error:
         row = data.count(b"\n", 0, error.start) + 1
         raise InputError("not UTF-8 text; expected TOML", file=path, row=row) from None
@@ -30,8 +40,32 @@ def read_toml(path: str | Path, *, kind: str) -> dict[str, Any]:
         row = int(place[1]) if place else data.count(b"\n") + 1
         reason = re.sub(r" \(at .*\)$", "", str(error)) + (f" at column {place[2]}" if place else " at the end")
         raise InputError(f"TOML syntax: {reason}", file=path, row=row) from None
+    except ValueError as error:
+        # Of Python: more digits than it reads.
+        raise InputError(f"TOML syntax: {str(error).partition(';')[0]}", file=path) from None
     except RecursionError:
         raise InputError("TOML syntax: nested too deeply", file=path) from None
+    _check(found, "", path)
+    return found
+
+
+def _check(value: Any, key: str, path: Path) -> None:
+    """Raises `InputError` for what no setting is: numbers whose products overflow, characters that nothing shows."""
+    if isinstance(value, dict):
+        for name, inner in value.items():
+            own = f"{key}.{name}" if key else name
+            if hidden := hidden_character(name):
+                raise InputError(f"{hidden} has no place in a key", file=path, field=own)
+            _check(inner, own, path)
+    elif isinstance(value, list):
+        for inner in value:
+            _check(inner, key, path)
+    elif isinstance(value, int) and abs(value) > LARGEST_WHOLE:
+        raise InputError(f"expected a whole number of 64 bits, found {str(value)[:24]}", file=path, field=key)
+    elif isinstance(value, float) and LARGEST < abs(value) < math.inf:
+        raise InputError(f"expected a number of at most {LARGEST:g}, found {value:g}", file=path, field=key)
+    elif isinstance(value, str) and (hidden := hidden_character(value.replace("\n", "").replace("\t", ""))):
+        raise InputError(f"{hidden} has no place in it", file=path, field=key)
 
 
 def with_values(data: Mapping[str, Any], changed: Mapping[str, object] | None) -> dict[str, Any]:

@@ -15,7 +15,7 @@ def normal_noise(reading: Float[Array, " channels"], sigma: Size, key: PRNGKeyAr
 
 
 def unit_noise(reading: Float[Array, " channels"], sigma: Size, key: PRNGKeyArray) -> Float[Array, " channels"]:
-    """The same of a unit vector or quaternion, a unit again; of two columns alone nobody knows the length."""
+    """The same of a unit vector, a unit again; of two columns alone nobody knows the length."""
     noisy = normal_noise(reading, sigma, key)
     return unit(noisy) if reading.shape[0] > 2 else noisy
 

@@ -10,12 +10,15 @@ from jaxtyping import Array, Float, PRNGKeyArray
 from jaxsat.math import float_array, quaternion, unit
 from jaxsat.sensors.abstract import AbstractSensor, Sight
 from jaxsat.sensors.mounting import NO_TURN
-from jaxsat.sensors.noise import Size, unit_noise
+from jaxsat.sensors.noise import Size, normal_noise
 from jaxsat.sensors.view import View
 
 
 class StarTracker(AbstractSensor):
-    """Quaternion of the sensor's attitude, scalar first; its sign means nothing."""
+    """Quaternion of the sensor's attitude, scalar first; its sign means nothing.
+
+    Its noise is a turn: sigma is that of the angle about each axis [rad], as data sheets have it.
+    """
 
     sees: ClassVar[Sight | None] = "attitude"
 
@@ -29,16 +32,15 @@ class StarTracker(AbstractSensor):
         return quaternion.conjugate(q) if self.body_from_inertial else q
 
     def difference(self, modelled: Float[Array, "4"], reading: Float[Array, "4"]) -> Float[Array, "3"]:
-        """Vector part of the turn from the reading to the model, the shorter way: half of small angles [rad].
-
-        An error of each component of the reading is an error of the same size of each component of this.
+        """Turn from the reading to the model about each axis, the shorter way [rad]; of large ones twice the sine of
+        half the angle.
         """
         apart = quaternion.multiply(quaternion.conjugate(unit(reading)), modelled)
-        return jnp.where(apart[0] < 0.0, -apart[1:], apart[1:])
+        return 2.0 * jnp.where(apart[0] < 0.0, -apart[1:], apart[1:])
 
     def noisy(self, reading: Float[Array, "4"], sigma: Size, key: PRNGKeyArray) -> Float[Array, "4"]:
-        """A unit quaternion again."""
-        return unit_noise(reading, sigma, key)
+        """The attitude turned about each axis by as much [rad]."""
+        return quaternion.multiply(reading, quaternion.from_rotation_vector(normal_noise(jnp.zeros(3), sigma, key)))
 
     def direct(
         self, readings: Float[np.ndarray, "n 4"], sigma: float
@@ -52,7 +54,7 @@ class StarTracker(AbstractSensor):
         half = 0.5 * np.linalg.norm(turn)
         back = np.array([np.cos(half), *(-0.5 * np.sinc(half / np.pi) * turn)])
         known = np.isfinite(q).all(axis=1)
-        return _times(q, back), np.where(known, 2.0 * sigma, np.nan)
+        return _times(q, back), np.where(known, sigma, np.nan)
 
 
 def _times(p: Float[np.ndarray, "n 4"], q: Float[np.ndarray, "4"]) -> Float[np.ndarray, "n 4"]:

@@ -6,7 +6,6 @@ from jaxsat.sweep.chunks import find_missing as find_missing
 from jaxsat.sweep.chunks import run_chunk as run_chunk
 from jaxsat.sweep.engines import run_dask as run_dask
 from jaxsat.sweep.engines import run_local as run_local
-from jaxsat.sweep.files import write_whole as write_whole
 from jaxsat.sweep.history import History as History
 from jaxsat.sweep.history import Page as Page
 from jaxsat.sweep.merge import merge_cases as merge_cases

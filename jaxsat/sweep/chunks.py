@@ -1,6 +1,7 @@
 """Chunks of a sweep: each a Parquet file that is whole or absent, and that says of which sweep it is."""
 
 import json
+import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +10,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from jaxsat.sweep.files import write_whole
+from jaxsat.errors import InputError
+from jaxsat.files.publishing import refuse_folders
+from jaxsat.files.whole_file import write_whole
 from jaxsat.sweep.plan import CHUNKS, SweepPlan, chunk_name
 from jaxsat.sweep.scenario import Scenario, run_cases
 
@@ -58,7 +61,11 @@ def run_chunk(scenario: Scenario, plan: SweepPlan, directory: Path, number: int)
 
 
 def read_chunk(scenario: Scenario, plan: SweepPlan, directory: Path, number: int) -> pa.Table:
-    """Contents of a chunk's file; ValueError with the reason where it is not the chunk of this sweep."""
+    """Contents of a chunk's file; ValueError with the reason where it is not the chunk of this sweep.
+
+    Raises `InputError` for a folder in its place, or a pipe, which would be waited for.
+    """
+    refuse_folders(directory / CHUNKS, [chunk_name(number)])
     try:
         # Opened here: a Parquet reader that fails on a path may leave the file open.
         with chunk_path(directory, number).open("rb") as stream:
@@ -86,11 +93,13 @@ def find_missing(
     missing, rejected = [], []
     for number in numbers:
         path = chunk_path(directory, number)
-        if not path.exists():
+        if not os.path.lexists(path):
             missing.append(number)
             continue
         try:
             read_chunk(scenario, plan, directory, number)
+        except InputError:
+            raise
         except ValueError as error:
             missing.append(number)
             rejected.append((path, str(error)))

@@ -9,8 +9,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from jaxsat.errors import InputError
+from jaxsat.files.whole_file import write_whole
 from jaxsat.sweep.chunks import chunk_path, metric_fields, read_chunk
-from jaxsat.sweep.files import write_whole
 from jaxsat.sweep.plan import SweepPlan
 from jaxsat.sweep.scenario import Scenario
 
@@ -58,6 +58,8 @@ def _groups(scenario: Scenario, plan: SweepPlan, directory: Path) -> Iterator[pa
     for number in range(plan.chunks):
         try:
             rest.append(read_chunk(scenario, plan, directory, number))
+        except InputError:
+            raise
         except ValueError as error:
             raise InputError(f"{error}; --resume runs it again", file=chunk_path(directory, number)) from None
         rows += rest[-1].num_rows

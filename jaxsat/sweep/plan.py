@@ -3,16 +3,25 @@
 import dataclasses
 import json
 import math
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
+from pydantic import Field
 
 from jaxsat.errors import InputError
-from jaxsat.sweep.files import locked, remove_leftovers, write_whole
+from jaxsat.files.json_files import read_json
+from jaxsat.files.publishing import refuse_folders
+from jaxsat.files.toml_files import validated
+from jaxsat.files.whole_file import locked, remove_leftovers, write_whole
+from jaxsat.setting_types import Section
 
 SCHEMA = "jaxsat.sweep-plan/1"
+_LIMIT_BYTES = 2**20
+_KEYS = 2**32
+"""Seeds and case numbers that random keys tell apart."""
 PLAN, CHUNKS = "sweep.json", "chunks"
 LOCK = f"{CHUNKS}/.lock"
 MERGED = ("cases.parquet", "distributions.png", "summary.json")
@@ -69,18 +78,29 @@ class SweepPlan:
         return ""
 
 
+class _Stored(Section):
+    """The file sweep.json."""
+
+    schema_: Literal["jaxsat.sweep-plan/1"] = Field(alias="schema")
+    scenario: str = Field(min_length=1)
+    seed: int = Field(ge=0, lt=_KEYS)
+    options: dict[str, str]
+    chunk: int = Field(ge=1, le=_KEYS)
+    cases: int = Field(ge=1, le=_KEYS)
+    versions: dict[str, str] = {}
+
+
 def read_plan(directory: Path) -> SweepPlan | None:
     """The plan of the sweep that a directory holds, None where it holds none; `InputError` for one out of order."""
     path = directory / PLAN
-    try:
-        document = json.loads(path.read_text("utf-8"))
-        if document.pop("schema") != SCHEMA:
-            raise ValueError
-        return SweepPlan(**document)
-    except (FileNotFoundError, NotADirectoryError):
+    if not os.path.lexists(path):
         return None
-    except (ValueError, TypeError, KeyError, AttributeError):
-        raise InputError(f"is no plan of a sweep ({SCHEMA}); take another directory", file=path) from None
+    try:
+        document = read_json(path, limit_bytes=_LIMIT_BYTES, kind="plan of a sweep")
+        return SweepPlan(**validated(_Stored, document).model_dump(exclude={"schema_"}))
+    except InputError as error:
+        reason = error.reason if error.field is None else f"{error.field}: {error.reason}"
+        raise InputError(f"is no plan of a sweep ({SCHEMA}): {reason}; take another directory", file=path) from None
 
 
 def claim(directory: Path, plan: SweepPlan, *, resume: bool = False, shard: tuple[int, int] = (1, 1)) -> SweepPlan:
@@ -91,6 +111,7 @@ def claim(directory: Path, plan: SweepPlan, *, resume: bool = False, shard: tupl
     """
     if directory.exists() and not directory.is_dir():
         raise InputError("is a file; expected a directory for the results", file=directory)
+    refuse_folders(directory, (PLAN, *MERGED))
     try:
         (directory / CHUNKS).mkdir(parents=True, exist_ok=True)
         with locked(directory / LOCK):

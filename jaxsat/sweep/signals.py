@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM while chunks run: noted when they come, and raised where the loop over the chunks asks.
+"""Ctrl-C, SIGTERM and SIGHUP while chunks run: noted when they come, and raised where the loop over the chunks asks.
 
 Raised at once they may land in a callback of the garbage collector, as JAX has one: Python drops such an exception,
 and the sweep would go on to its end.
@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-HEARD = (signal.SIGINT, signal.SIGTERM)
+HEARD = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 POLL_S = 0.1
 """How often a loop that waits should ask."""
 

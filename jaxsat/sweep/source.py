@@ -2,8 +2,11 @@
 
 import functools
 import importlib
+import inspect
+import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from jaxsat.errors import InputError
@@ -36,7 +39,7 @@ def factory(address: str) -> Factory:
     found = _load(address)
     if isinstance(found, Factory):
         return found
-    if not callable(found):
+    if not inspect.isfunction(found):
         raise InputError("is neither a Factory nor a function that makes a scenario", field=address)
     build: Callable[..., Any] = found
     return Factory(build)
@@ -46,7 +49,13 @@ def factory(address: str) -> Factory:
 def _made(source: Source) -> Scenario:
     if source.prepare:
         _prepared(source.prepare)
-    scenario = factory(source.address)(dict(source.options))
+    made = factory(source.address)
+    try:
+        scenario = made(dict(source.options))
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError(f"makes no scenario: {_told(error)}", field=source.address) from error
     if not isinstance(scenario, Scenario):
         raise InputError(f"made {type(scenario).__name__}, expected a Scenario", field=source.address)
     return scenario
@@ -62,5 +71,13 @@ def _load(address: str) -> Any:
     module, _, name = address.partition(":")
     try:
         return getattr(importlib.import_module(module), name)
-    except (ImportError, AttributeError, ValueError) as error:
-        raise InputError(f"cannot be imported: {error}; its folder must be in PYTHONPATH", field=address) from None
+    except Exception as error:
+        # Whatever a module does as it is imported.
+        reason = f"cannot be imported: {_told(error)}; its folder must be in PYTHONPATH"
+        raise InputError(reason, field=address) from error
+
+
+def _told(error: Exception) -> str:
+    """An error in one line, with the place in the module that raised it."""
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{type(error).__name__}: {error} ({Path(last.filename).name}:{last.lineno})"

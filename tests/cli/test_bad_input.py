@@ -105,6 +105,10 @@ def test_what_is_no_file(capsys, tmp_path):
     check(["folder"], ("folder: is a directory",), capsys, tmp_path, keep=["folder"])
 
 
+def test_a_name_that_is_no_text_is_told_before_any_work(capsys, tmp_path):
+    check(["pass-\udcff.csv"], (r"pass-\udcff.csv: its name is not UTF-8 text",), capsys, tmp_path)
+
+
 def test_arc_without_samples(capsys, tmp_path, monkeypatch):
     assert run(["fit", str(GOOD), "--arc", "9000", "9900", "--out", "results"]) == 1
     captured = capsys.readouterr()

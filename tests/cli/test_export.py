@@ -88,13 +88,15 @@ def edit(**changes):
 @pytest.mark.parametrize(
     ("changes", "expected"),
     [
-        ({"schema": "jaxsat.fit/2"}, "expected the schema jaxsat.fit/1"),
+        ({"schema": "jaxsat.fit/2"}, "schema: expected jaxsat.fit/1, got jaxsat.fit/2"),
         ({"orbit": None}, "holds no orbit"),
         ({"epoch_utc": "yesterday"}, "expected a UTC instant"),
         ({"attitude__t_s": [0.0]}, "shape"),
         ({"attitude__quaternion_inertial_from_body": [[2.0, 0, 0, 0]] * 71}, "unit quaternions"),
-        ({"attitude__angular_velocity_rad_s": None}, "no 'angular_velocity_rad_s'"),
-        ({"orbit__object_name": "two\nlines"}, "one line"),
+        ({"attitude__angular_velocity_rad_s": None}, "attitude.angular_velocity_rad_s: Field required"),
+        ({"orbit__object_name": "two\nlines"}, "orbit.object_name: character U+000A has no place"),
+        ({"orbit__position_eci_m": "x"}, "orbit.position_eci_m: Input should be a valid list"),
+        ({"channels": []}, "channels: Input should be"),
     ],
 )
 def test_damaged_fits_are_one_line(changes, expected, fitted, capsys):

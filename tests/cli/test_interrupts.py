@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM end a command wherever they land, in a callback of the garbage collector too."""
+"""Ctrl-C, SIGTERM and SIGHUP end a command wherever they land, in a callback of the garbage collector too."""
 
 import subprocess
 import sys
@@ -27,7 +27,7 @@ sys.exit(heeded(run, []))
 """
 
 
-@pytest.mark.parametrize(("signal", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
+@pytest.mark.parametrize(("signal", "status"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
 @pytest.mark.parametrize("then", [60.0, 0.0])
 def test_a_signal_in_a_collection_is_not_lost(signal, status, then):
     """While there is work to be stopped, and when there is none left."""

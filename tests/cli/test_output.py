@@ -121,7 +121,8 @@ def test_failing_writer_leaves_an_existing_directory_as_it_was(tmp_path):
 
 def test_failure_while_moving_puts_everything_back(tmp_path, monkeypatch):
     out = tmp_path / "out"
-    out.mkdir()
+    # With a folder of the user's the directory stays itself, and files are moved one by one.
+    (out / "folder").mkdir(parents=True)
     (out / "a").write_text("old a")
     rename = Path.rename
 
@@ -134,7 +135,7 @@ def test_failure_while_moving_puts_everything_back(tmp_path, monkeypatch):
     with pytest.raises(InputError, match="No space left"), staged_directory(out) as stage:
         (stage / "a").write_text("new a")
         (stage / "b").write_text("new b")
-    assert names(out) == ["a"] and (out / "a").read_text() == "old a" and names(tmp_path) == ["out"]
+    assert names(out) == ["a", "folder"] and (out / "a").read_text() == "old a" and names(tmp_path) == ["out"]
 
 
 def test_file_in_the_way_is_said_before_any_work(tmp_path):

@@ -1,13 +1,17 @@
 """A chunk is the same bytes whatever the sweep around it; what is spoilt or foreign is found and run again."""
 
 import math
+import os
 import struct
 
 import pyarrow.parquet as pq
 import pytest
 
 from jaxsat.errors import InputError
-from jaxsat.sweep import chunk_path, claim, find_missing, read_plan
+from jaxsat.sweep import Source, SweepPlan, chunk_path, claim, find_missing, read_plan
+
+PLAN_TEXT = """{"schema": "jaxsat.sweep-plan/1", "scenario": "gravity-gradient", "seed": 1,
+"options": {"rate_deg_s": "0.1"}, "chunk": 1024, "cases": 2000}"""
 
 
 def test_chunks_do_not_depend_on_the_number_of_cases_or_on_shards(sweep):
@@ -133,6 +137,54 @@ def test_a_directory_that_cannot_be_one(sweep, tmp_path):
     with pytest.raises(InputError, match="cannot write results here"):
         sweep("file/below").run()
     (tmp_path / "odd").mkdir()
-    (tmp_path / "odd" / "sweep.json").write_text("[1]")
-    with pytest.raises(InputError, match=r"odd/sweep.json: is no plan of a sweep"):
-        read_plan(tmp_path / "odd")
+    (tmp_path / "odd" / "sweep.json").mkdir()
+    with pytest.raises(InputError, match=r"sweep.json: is a directory, and the results have a file of this name"):
+        sweep("odd").run()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[1]",
+        "{" * 100000,
+        '{"a": ' * 100000,
+        PLAN_TEXT.replace("2000", "2e99"),
+        PLAN_TEXT.replace("2000", "9" * 5000),
+        PLAN_TEXT.replace("2000", "null"),
+        PLAN_TEXT.replace("1024", "0"),
+        PLAN_TEXT.replace("1024", "NaN"),
+        PLAN_TEXT.replace("gravity", "\\ud800"),
+        PLAN_TEXT.replace('"0.1"', "0.1"),
+        PLAN_TEXT.replace("plan/1", "plan/2"),
+        PLAN_TEXT.replace("options", "option"),
+        PLAN_TEXT.replace('"seed": 1,', '"seed": 1, "seed": 2,'),
+    ],
+)
+def test_a_damaged_plan_is_one_line(text, tmp_path):
+    (tmp_path / "sweep.json").write_text(PLAN_TEXT)
+    assert read_plan(tmp_path) == SweepPlan("gravity-gradient", 1, {"rate_deg_s": "0.1"}, 1024, 2000)
+    (tmp_path / "sweep.json").write_text(text)
+    with pytest.raises(InputError, match=r"sweep.json: is no plan of a sweep \(jaxsat.sweep-plan/1\)"):
+        read_plan(tmp_path)
+
+
+def test_a_pipe_or_a_folder_as_a_chunk_is_not_waited_for(sweep):
+    one = sweep("a")
+    one.run()
+    path = chunk_path(one.directory, 1)
+    path.unlink()
+    os.mkfifo(path)
+    with pytest.raises(InputError, match="is no file"):
+        find_missing(one.scenario, one.plan, one.directory, [1])
+    path.unlink()
+    path.mkdir()
+    with pytest.raises(InputError, match="is a directory"):
+        find_missing(one.scenario, one.plan, one.directory, [1])
+
+
+@pytest.mark.parametrize(
+    "address", ["os:getcwd", "builtins:eval", "builtins:int", "..:x", ":x", "json:loads", "json:x"]
+)
+def test_what_makes_no_scenario_is_one_line(address):
+    with pytest.raises(InputError, match="cannot be imported|neither a Factory nor|makes no scenario"):
+        Source.of(address, {}).scenario()

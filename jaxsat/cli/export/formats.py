@@ -9,15 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from fitting.report.fit.document import SCHEMA as FIT_SCHEMA
+from fitting.report.schema.fit_file import Exported
+from fitting.report.schema.reading import FIT, read_stored
 from jaxsat.errors import InputError
-from jaxsat.files.text_file import read_small_file
 from jaxsat.telemetry.ccsds.aem import AttitudeEphemeris, aem_text
 from jaxsat.telemetry.ccsds.oem import OrbitEphemeris, oem_text
 from jaxsat.telemetry.czml import czml_document, icrf_quaternion, to_celestial
 from jaxsat.time import Epoch
 
-_LIMIT_BYTES = 256 * 2**20
 _FRAME_NAMES = {"tod": "TOD", "eme2000": "EME2000", "gcrf": "GCRF"}
 FITTED_ORBIT = "Kepler orbit fitted to the positions of a telemetry session."
 GIVEN_ORBIT = "Orbit that the fit of the attitude was given."
@@ -51,18 +50,15 @@ class ExportedRun:
     @staticmethod
     def read(path: Path, *, object_name: str | None = None, object_id: str | None = None) -> "ExportedRun":
         """Reads fit.json; raises `InputError` where it is none, or its numbers are not those of an attitude."""
-        document = _json(path)
-        if document.get("schema") != FIT_SCHEMA:
-            reason = f"expected the schema {FIT_SCHEMA}, found {str(document.get('schema'))[:40]!r}"
-            raise InputError(reason, file=path)
+        document = read_stored(path, FIT, Exported)
         try:
-            epoch = Epoch.from_iso(str(document["epoch_utc"]))
-            attitude, orbit = document["attitude"], document.get("orbit", {})
+            epoch = Epoch.from_iso(document["epoch_utc"])
+            attitude, orbit = document["attitude"], document.get("orbit") or {}
             t = _array(attitude["t_s"], (-1,))
             n = len(t)
             q = _array(attitude["quaternion_inertial_from_body"], (n, 4))
             found = ExportedRun(
-                status=str(document["status"]),
+                status=document["status"],
                 epoch=epoch,
                 t_s=t,
                 quaternion=q,
@@ -75,9 +71,8 @@ class ExportedRun:
                 source=_source(document),
                 orbit_source=FITTED_ORBIT if "elements" in orbit else GIVEN_ORBIT,
             )
-        except (KeyError, TypeError, ValueError) as error:
-            reason = f"is damaged: {'no ' if isinstance(error, KeyError) else ''}{error}"
-            raise InputError(reason, file=path) from None
+        except (TypeError, ValueError) as error:
+            raise InputError(f"is damaged: {error}", file=path) from None
         if n < 2 or not (np.diff(t) > 0.0).all():
             raise InputError("expected two samples or more, in order of time", file=path, field="attitude.t_s")
         if np.abs(np.linalg.norm(q, axis=1) - 1.0).max() > 1e-6:
@@ -202,19 +197,6 @@ def _table(run: ExportedRun, frame: str, *, parquet: bool) -> bytes:
     for t, text, row in zip(run.t_s.tolist(), utc, np.column_stack(list(values.values())).tolist(), strict=True):
         lines.append(",".join([repr(t), text, *(repr(x) if math.isfinite(x) else "" for x in row)]))
     return ("\n".join(lines) + "\n").encode()
-
-
-def _json(path: Path) -> dict[str, Any]:
-    data = read_small_file(path, limit_bytes=_LIMIT_BYTES, kind="fit.json")
-
-    def refuse(word: str) -> Any:
-        raise ValueError(f"{word} is no number of JSON")
-
-    try:
-        found = json.loads(data, parse_constant=refuse)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"is no JSON: {error or 'nested too deeply'}", file=path) from None
-    return found if isinstance(found, dict) else {}
 
 
 def _array(value: Any, shape: tuple[int, ...], *, gaps: bool = False) -> np.ndarray:

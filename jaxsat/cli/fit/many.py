@@ -1,8 +1,6 @@
 """Fits several files: a directory for each, one summary for all, and no failure stops the rest."""
 
-import os
 import sys
-import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -18,6 +16,7 @@ if TYPE_CHECKING:
     from jaxsat.cli.fit.inputs import Inputs
 
 SCHEMA = "jaxsat.fit-summary/1"
+SUMMARY = "summary.json"
 STATUSES = ("converged", "ambiguous", "not_converged", "failed")
 
 
@@ -38,7 +37,9 @@ def fit_many(
     """
     from jaxsat.cli.fit.text import files_summary
     from jaxsat.cli.shared.terminal import show
+    from jaxsat.files.publishing import refuse_folders
 
+    refuse_folders(out, [SUMMARY])
     writing: list[Future[Outcome]] = []
     # Pictures are Python's work and a fit is XLA's: each is drawn while the next file is fitted.
     with ThreadPoolExecutor(1, thread_name_prefix="write") as writer:
@@ -89,6 +90,7 @@ def _failed(path: Path, directory: Path, error: Exception) -> Outcome:
 
 def _write_summary(out: Path, outcomes: list[Outcome], total_s: float) -> None:
     from jaxsat.files.json_files import json_text, plain
+    from jaxsat.files.whole_file import write_whole
 
     counts = Counter(outcome.status for outcome in outcomes)
     document = {
@@ -109,14 +111,6 @@ def _write_summary(out: Path, outcomes: list[Outcome], total_s: float) -> None:
     text = json_text(plain(document)[0])
     try:
         out.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=".summary-", dir=out)
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8") as stream:
-                stream.write(text)
-            Path(name).chmod(0o644)
-            Path(name).replace(out / "summary.json")
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
+        write_whole(out / SUMMARY, lambda stream: stream.write(text.encode()))
     except OSError as error:
-        raise InputError(f"cannot write summary.json here: {error.strerror}", file=out) from None
+        raise InputError(f"cannot write {SUMMARY} here: {error.strerror}", file=out) from None

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM as exceptions that always arrive.
+"""Ctrl-C, SIGTERM and SIGHUP as exceptions that always arrive.
 
 Python raises where the main thread happens to be. If that is a callback of the garbage collector (JAX has one) or a
 finaliser, the exception is reported as unraisable and dropped: the command would go on to its end, and exit with 0.
@@ -11,15 +11,15 @@ import threading
 from _thread import interrupt_main
 from collections.abc import Callable, Sequence
 
-INTERRUPTED, TERMINATED = 130, 143
-STATUS = {signal.SIGINT: INTERRUPTED, signal.SIGTERM: TERMINATED}
-RAISED = {KeyboardInterrupt: signal.SIGINT, SystemExit: signal.SIGTERM}
+INTERRUPTED = 130
+HEARD = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+"""The last one comes where the terminal is closed."""
 AGAIN_S = 0.01
 """After which a signal whose exception was dropped is sent again."""
 
 
 def heeded(run: Callable[[Sequence[str]], int], arguments: Sequence[str]) -> int:
-    """Exit status of `run(arguments)`, in which Ctrl-C raises KeyboardInterrupt and SIGTERM SystemExit, never in vain.
+    """Exit status of `run(arguments)`, in which Ctrl-C raises KeyboardInterrupt and others SystemExit, never in vain.
 
     For the main thread of a process that ends afterwards. After a second Ctrl-C no other thread is waited for.
     """
@@ -33,21 +33,21 @@ def heeded(run: Callable[[Sequence[str]], int], arguments: Sequence[str]) -> int
             return
         heard.append(number)
         # As an exception, so that unfinished results are removed on the way out.
-        raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(TERMINATED)
+        raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(128 + number)
 
     def hook(lost):
         nonlocal reporting
-        reporting, number = True, RAISED.get(lost.exc_type)
-        if number is None:
-            report(lost)
+        reporting = True
+        if heard and lost.exc_type in (KeyboardInterrupt, SystemExit):
+            dropped.append(heard[-1])
+            _send_later(heard[-1])
         else:
-            dropped.append(number)
-            _send_later(number)
+            report(lost)
         # Last: Python looks for signals after each call.
         reporting = False
 
     # Ignored is what a shell wants of a process in the background.
-    own = [number for number in STATUS if signal.getsignal(number) != signal.SIG_IGN]
+    own = [number for number in HEARD if signal.getsignal(number) != signal.SIG_IGN]
     for number in own:
         signal.signal(number, hear)
     sys.unraisablehook = hook
@@ -57,7 +57,7 @@ def heeded(run: Callable[[Sequence[str]], int], arguments: Sequence[str]) -> int
     if heard and status != INTERRUPTED:
         # Dropped so late that nothing was left to be interrupted.
         print("jaxsat: error: interrupted; nothing unfinished is left", file=sys.stderr)
-        status = STATUS[signal.Signals(heard[-1])]
+        status = 128 + heard[-1]
     if len(heard) - len(dropped) > 1:
         for stream in filter(None, (sys.stdout, sys.stderr)):
             stream.flush()

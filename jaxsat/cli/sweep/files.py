@@ -14,8 +14,9 @@ from rich.text import Text
 from jaxsat.cli.shared.terminal import plain_table
 from jaxsat.cli.sweep.progress import rate_text
 from jaxsat.files.json_files import json_text, plain
+from jaxsat.files.whole_file import write_whole
 from jaxsat.significant import count_text, spans_text, unit_text, value_text
-from jaxsat.sweep import MetricSummary, Scenario, SweepPlan, merge_cases, summarise, write_whole
+from jaxsat.sweep import MetricSummary, Scenario, SweepPlan, merge_cases, summarise
 from jaxsat.sweep.summary import document
 
 SPANS = 8

@@ -42,14 +42,16 @@ def view(
     from jaxsat.files.staging import staged_directory
 
     found = read_run(run)
-    page = found.page()
+    page = found.page
     target = out or run
-    with staged_directory(target) as stage:
+    with staged_directory(target, [REPORT]) as stage:
         (stage / REPORT).write_text(page, encoding="utf-8")
     if found.scene is None:
         print("jaxsat: no scene.json: the page is without its view of the motion", file=sys.stderr)
     print(target / REPORT)
     if port is not None:
+        from jaxsat.cli.view.serving import serve
+
         serve(page.encode(), port)
     elif open_page and has_screen():
         import webbrowser
@@ -61,32 +63,3 @@ def view(
 def has_screen() -> bool:
     """Whether a browser would have a screen: a text browser in the terminal is not what is meant."""
     return sys.platform in ("darwin", "win32") or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))
-
-
-def serve(page: bytes, port: int) -> None:
-    """Answers every request on 127.0.0.1 with the page, until interrupted; raises `InputError` for a port in use."""
-    from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-
-    from jaxsat.errors import InputError
-
-    class Handler(BaseHTTPRequestHandler):
-        def do_GET(self) -> None:
-            self.send_response(200)
-            self.send_header("Content-Type", "text/html; charset=utf-8")
-            self.send_header("Content-Length", str(len(page)))
-            self.end_headers()
-            self.wfile.write(page)
-
-        def log_message(self, format: str, *args: object) -> None:
-            """Silent: the page is asked for by one person."""
-
-    try:
-        server = ThreadingHTTPServer(("127.0.0.1", port), Handler)
-    except OSError as error:
-        raise InputError(f"cannot be used: {error.strerror}", field=f"port {port}") from None
-    with server:
-        print(f"http://127.0.0.1:{port}/ until interrupted by Ctrl-C", flush=True)
-        try:
-            server.serve_forever()
-        except KeyboardInterrupt:
-            print("", file=sys.stderr)

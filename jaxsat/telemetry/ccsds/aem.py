@@ -15,7 +15,9 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxsat.errors import InputError
-from jaxsat.telemetry.ccsds.ndm import Block, Segment, check_keywords, instants, message_text, numbers, read_message
+from jaxsat.telemetry.ccsds.instants import instants
+from jaxsat.telemetry.ccsds.ndm import Block, Segment, check_keywords, numbers, read_message
+from jaxsat.telemetry.ccsds.writing import message_text
 from jaxsat.time import Epoch
 
 # Numbers behind the instant of each type of attitude that is read.
@@ -118,6 +120,8 @@ def _attitude(segment: Segment, version: str) -> AttitudeEphemeris:
     meta = segment.meta
     check_keywords(segment, _KEYWORDS)
     kind = meta.required("ATTITUDE_TYPE", _TYPES[version])
+    if meta.required("REF_FRAME_A") == meta.required("REF_FRAME_B"):
+        raise meta.error("REF_FRAME_B", f"{meta.values['REF_FRAME_B']} is REF_FRAME_A too")
     first, backward = _order(meta, version)
     epoch, t = instants(segment)
     table = numbers(segment, _COLUMNS[kind])

@@ -3,19 +3,17 @@
 CCSDS 502.0-B (orbit) and 504.0-B (attitude). A message that is damaged ends with an error: nothing is guessed.
 """
 
-import functools
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import erfa
 import numpy as np
 
 from jaxsat.errors import InputError
 from jaxsat.files.text_file import REAL, read_small_file
-from jaxsat.time import SECONDS_PER_DAY, Epoch
+from jaxsat.time import Epoch
 
 MAX_FILE_BYTES = 256 * 2**20
 """Room for about two million lines."""
@@ -23,10 +21,10 @@ LONGEST_LINE = 254
 """Characters, what the standards allow."""
 
 _KEY_LINE = re.compile(r"[ \t]*([A-Z0-9_]+)[ \t]*=[ \t]*(.*?)[ \t]*")
-_INSTANT = re.compile(r"([0-9]{4}-(?:[0-9]{2}-[0-9]{2}|[0-9]{3}))T([0-9]{2}):([0-9]{2}):([0-9]{2}(?:\.[0-9]{1,12})?)Z?")
-# TAI less the scale [s]. UTC is apart: it has leap seconds.
-_AFTER = {"TAI": 0.0, "TT": -32.184, "GPS": 19.0}
-_SKIPPED = {"COVARIANCE_START": "COVARIANCE_STOP"}
+_HEADER = ("CLASSIFICATION", "CREATION_DATE", "ORIGINATOR", "MESSAGE_ID")
+LARGEST = 1e12
+"""Of the numbers of a message: a tenth of a light year in km. What is beyond is damage, and would overflow."""
+_COVARIANCE = "COVARIANCE_START"
 
 
 @dataclass
@@ -60,26 +58,35 @@ class Segment:
     meta: Block
     data: list[tuple[int, list[str]]] = field(default_factory=list)
     """Line number and its fields."""
+    covariances: list[tuple[int, list[tuple[int, str]]]] = field(default_factory=list)
+    """Of each block its first line's number, and what stands within it with the line numbers."""
 
 
 def read_message(path: str | Path, *, kind: str, versions: Sequence[str]) -> tuple[Block, list[Segment]]:
-    """Header and segments of a message of a `kind`, AEM or OEM; comments and covariances are passed over.
+    """Header and segments of a message of a `kind`, AEM or OEM; comments are passed over.
 
     Raises `InputError` with file and line for anything but ASCII, another kind or version, a keyword given twice or out
-    of place, a line too long, blocks that do not close, and a message without data.
+    of place, a line too long, blocks that do not close, a message without data, one whose segments differ in their
+    TIME_SYSTEM, and a segment given twice.
     """
     path = Path(path)
     lines = _lines(path, kind)
     header: Block | None = None
     segments: list[Segment] = []
-    # Where we are: before the metadata, within it, after it, within data, or within something to pass over.
-    place, until = "header", ""
+    # Where we are: before the metadata, within it, after it, within data, or within a covariance.
+    place = "header"
     for row, line in lines:
         word = line.strip(" \t")
         if not word or word.split(None, 1)[0] == "COMMENT":
             continue
-        if place == "skipped":
-            place = "between" if word == until else place
+        if place == "covariance":
+            begin, block = segments[-1].covariances[-1]
+            if word == "COVARIANCE_STOP":
+                place = "between"
+            elif word in ("META_START", "COVARIANCE_START"):
+                raise InputError(f"is not closed before {word} in line {row}", file=path, row=begin, field=_COVARIANCE)
+            else:
+                block.append((row, word))
             continue
         if header is None:
             header = Block(path, row)
@@ -97,8 +104,9 @@ def read_message(path: str | Path, *, kind: str, versions: Sequence[str]) -> tup
             place = "data"
         elif word == "DATA_STOP" and kind == "AEM" and place == "data":
             place = "between"
-        elif word in _SKIPPED and kind == "OEM" and place in ("data", "between"):
-            place, until = "skipped", _SKIPPED[word]
+        elif word == _COVARIANCE and kind == "OEM" and segments and place in ("data", "between"):
+            segments[-1].covariances.append((row, []))
+            place = "covariance"
         elif place in ("header", "meta"):
             _take(header if place == "header" else segments[-1].meta, word, row, path)
         elif place == "data" and "=" not in word:
@@ -109,12 +117,41 @@ def read_message(path: str | Path, *, kind: str, versions: Sequence[str]) -> tup
     if header is None or not segments:
         raise InputError(f"holds no segment of an {kind}", file=path, row=last)
     closed = ("data", "between") if kind == "OEM" else ("between",)
+    if place == "covariance":
+        raise InputError("is not closed", file=path, row=segments[-1].covariances[-1][0], field=_COVARIANCE)
     if place not in closed:
         raise InputError(f"ends within its {'metadata' if place == 'meta' else place}", file=path, row=last)
     for segment in segments:
         if not segment.data:
             raise InputError("a segment without data", file=path, row=segment.meta.row)
+    _check_header(header, kind)
+    _check_together(segments)
     return header, segments
+
+
+def _check_header(header: Block, kind: str) -> None:
+    for key in header.values:
+        if key not in (f"CCSDS_{kind}_VERS", *_HEADER):
+            raise header.error(key, "is not a keyword of the header")
+    created = header.values.get("CREATION_DATE")
+    try:
+        _ = created and Epoch.from_iso(created)
+    except ValueError as error:
+        raise header.error("CREATION_DATE", str(error)) from None
+
+
+def _check_together(segments: Sequence[Segment]) -> None:
+    found: dict[tuple[tuple[str, str], ...], int] = {}
+    first = segments[0].meta
+    for segment in segments:
+        meta = segment.meta
+        system, other = meta.values.get("TIME_SYSTEM"), first.values.get("TIME_SYSTEM")
+        if system != other:
+            reason = f"{system} after {other} in line {first.rows.get('TIME_SYSTEM', first.row)}: a message has one"
+            raise meta.error("TIME_SYSTEM", reason)
+        same = found.setdefault(tuple(sorted(meta.values.items())), meta.row)
+        if same != meta.row:
+            raise InputError(f"repeats the segment of line {same}", file=meta.file, row=meta.row)
 
 
 def _lines(path: Path, kind: str) -> list[tuple[int, str]]:
@@ -124,7 +161,8 @@ def _lines(path: Path, kind: str) -> list[tuple[int, str]]:
         line = raw.removesuffix(b"\r")
         if len(line) > LONGEST_LINE:
             raise InputError(f"line has {len(line)} characters, expected at most {LONGEST_LINE}", file=path, row=row)
-        if not line.isascii():
+        # Printable, which control characters are not; tabs are blanks.
+        if not (line.isascii() and line.replace(b"\t", b" ").decode("ascii").isprintable()):
             raise InputError("is not plain ASCII text", file=path, row=row)
         found.append((row, line.decode("ascii")))
     return found
@@ -150,102 +188,21 @@ def numbers(segment: Segment, columns: int, optional: int = 0) -> np.ndarray:
             raise InputError(reason, file=file, row=row)
         values = [float(token) if REAL.fullmatch(token) else math.nan for token in tokens[1:]]
         # Not finite: an exponent beyond the range of a double, or no number at all.
-        if not all(map(math.isfinite, values)):
-            token = next(t for t, value in zip(tokens[1:], values, strict=True) if not math.isfinite(value))
-            raise InputError(f"expected a plain decimal number, found {token[:24]!r}", file=file, row=row)
+        wrong = [t for t, value in zip(tokens[1:], values, strict=True) if not abs(value) <= LARGEST]
+        if wrong:
+            limit = f" of at most {LARGEST:g}" if REAL.fullmatch(wrong[0]) else ""
+            reason = f"expected a plain decimal number{limit}, found {wrong[0][:24]!r}"
+            raise InputError(reason, file=file, row=row)
         table.append(values[:columns])
     return np.array(table)
 
 
 def check_keywords(segment: Segment, known: Sequence[str]) -> None:
-    """Raises `InputError` for a keyword of the metadata that is not one of those `known`."""
-    for key in segment.meta.values:
-        if key not in known:
-            raise segment.meta.error(key, "is not a keyword of this metadata")
-
-
-def instants(segment: Segment) -> tuple[Epoch, np.ndarray]:
-    """First instant of a segment's data and the seconds of all after it, increasing, within START_TIME and STOP_TIME.
-
-    TIME_SYSTEM may be UTC, TAI, TT or GPS; the second 60 is taken in UTC within a real leap second alone.
-    """
+    """Raises `InputError` for a keyword of the metadata not among those `known`, and for a degree that is none."""
     meta = segment.meta
-    system = meta.required("TIME_SYSTEM", ("UTC", *_AFTER))
-    start, stop = (
-        _tai(meta.required(key), system, meta.file, meta.rows[key], key) for key in ("START_TIME", "STOP_TIME")
-    )
-    tai = np.array([_tai(tokens[0], system, meta.file, row, "instant") for row, tokens in segment.data])
-    t = (tai[:, 0] - tai[0, 0]) * SECONDS_PER_DAY + (tai[:, 1] - tai[0, 1])
-    # Half a millisecond: instants of one message may be written with different numbers of digits.
-    low, high = ((x[0] - tai[0, 0]) * SECONDS_PER_DAY + (x[1] - tai[0, 1]) for x in (start, stop))
-    for wrong, reason in (
-        (np.diff(t, prepend=-np.inf) <= 0.0, "is not after the instant before it"),
-        ((t < low - 5e-4) | (t > high + 5e-4), "lies outside START_TIME to STOP_TIME"),
-    ):
-        if wrong.any():
-            row, tokens = segment.data[int(np.argmax(wrong))]
-            raise InputError(f"{tokens[0]} {reason}", file=meta.file, row=row)
-    utc1, utc2 = erfa.taiutc(tai[0, 0], tai[0, 1] / SECONDS_PER_DAY)
-    return Epoch(float(utc1), float(utc2)), t
-
-
-def _tai(text: str, system: str, file: Path | None, row: int, name: str) -> tuple[float, float]:
-    """TAI of an instant as the Julian date of a day's beginning [days] and the seconds of that day."""
-    try:
-        match = _INSTANT.fullmatch(text)
-        if match is None:
-            raise ValueError(f"expected an instant such as 2001-01-18T04:54:15.000, found {text[:40]!r}")
-        hour, minute, second = int(match[2]), int(match[3]), float(match[4])
-        if hour > 23 or minute > 59 or second >= 60.0:
-            # Refused with its reason there, unless it is a leap second.
-            Epoch.from_iso(text)
-            if system != "UTC":
-                raise ValueError(f"{text}: {system} has no leap seconds")
-        day, offset = _day(match[1], system)
-        seconds = 3600 * hour + 60 * minute + second
-    except ValueError as error:
-        raise InputError(str(error), file=file, row=row, field=name) from None
-    return day, offset + seconds
-
-
-@functools.lru_cache(maxsize=4096)
-def _day(date: str, system: str) -> tuple[float, float]:
-    """TAI at 0h of a date in a time system: Julian date [days] and seconds beyond."""
-    epoch = Epoch.from_iso(f"{date}T00:00:00")
-    tai1, tai2 = epoch.tai()
-    midnight = math.floor(epoch.utc1 + epoch.utc2) + 0.5
-    if system == "UTC":
-        return midnight, ((tai1 - midnight) + tai2) * SECONDS_PER_DAY
-    return midnight, _AFTER[system]
-
-
-def message_text(
-    header: Mapping[str, str],
-    segments: Sequence[tuple[Mapping[str, str], Sequence[str]]],
-    *,
-    aem: bool,
-    comments: Sequence[str] = (),
-) -> str:
-    """Text of a message: keywords of the header, then metadata and lines of data of each segment.
-
-    `comments` open the metadata of each. Raises ValueError for a value that is not one line of ASCII.
-    """
-    lines = [_pair(key, value) for key, value in header.items()]
-    for meta, data in segments:
-        width = max(map(len, meta))
-        lines += ["", "META_START", *(_ascii(f"COMMENT {comment}") for comment in comments)]
-        lines += [*(_pair(f"{key:{width}}", value) for key, value in meta.items()), "META_STOP", ""]
-        lines += ["DATA_START", *data, "DATA_STOP"] if aem else data
-    return "\n".join(lines) + "\n"
-
-
-def _pair(key: str, value: str) -> str:
-    if not value.strip():
-        raise ValueError(f"{key.strip()} has no value")
-    return _ascii(f"{key} = {value}")
-
-
-def _ascii(line: str) -> str:
-    if not (line.isascii() and line.isprintable() and len(line) <= LONGEST_LINE):
-        raise ValueError(f"expected one line of at most {LONGEST_LINE} printable ASCII characters, got {line[:60]!r}")
-    return line
+    for key in meta.values:
+        if key not in known:
+            raise meta.error(key, "is not a keyword of this metadata")
+    degree = meta.values.get("INTERPOLATION_DEGREE", "1")
+    if not re.fullmatch("0*[1-9][0-9]{0,2}", degree):
+        raise meta.error("INTERPOLATION_DEGREE", f"expected a whole number from 1 to 999, found {degree[:24]!r}")

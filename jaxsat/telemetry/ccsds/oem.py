@@ -1,20 +1,26 @@
-"""Orbit ephemeris messages of CCSDS (502.0-B), version 2.0, as KEYWORD = VALUE."""
+"""Orbit ephemeris messages of CCSDS (502.0-B), versions 1.0 to 3.0, as KEYWORD = VALUE."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
-from jaxsat.telemetry.ccsds.ndm import Segment, check_keywords, instants, message_text, numbers, read_message
+from jaxsat.errors import InputError
+from jaxsat.files.text_file import REAL
+from jaxsat.telemetry.ccsds.instants import instant, instants
+from jaxsat.telemetry.ccsds.ndm import Segment, check_keywords, numbers, read_message
+from jaxsat.telemetry.ccsds.writing import message_text
 from jaxsat.time import Epoch
 
-VERSIONS = ("1.0", "2.0")
+VERSIONS = ("1.0", "2.0", "3.0")
 _KEYWORDS = (
     *("OBJECT_NAME", "OBJECT_ID", "CENTER_NAME", "REF_FRAME", "REF_FRAME_EPOCH", "TIME_SYSTEM", "START_TIME"),
     *("STOP_TIME", "USEABLE_START_TIME", "USEABLE_STOP_TIME", "INTERPOLATION", "INTERPOLATION_DEGREE"),
 )
+_TRIANGLE = 6
+"""Rows of a covariance of position and velocity."""
 
 
 @dataclass(frozen=True)
@@ -65,9 +71,9 @@ def oem_text(
 
 
 def read_oem(path: str | Path) -> list[OrbitEphemeris]:
-    """Reads the segments of a message of version 1.0 or 2.0; accelerations are checked, not kept.
+    """Reads the segments of a message of version 1.0, 2.0 or 3.0; accelerations and covariances are checked, not kept.
 
-    Covariances are passed over. Raises `InputError` with file, line and keyword for anything damaged, see
+    Raises `InputError` with file, line and keyword for anything damaged, see
     `read_message`.
     """
     _, segments = read_message(path, kind="OEM", versions=VERSIONS)
@@ -78,6 +84,8 @@ def _orbit(segment: Segment) -> OrbitEphemeris:
     meta = segment.meta
     check_keywords(segment, _KEYWORDS)
     epoch, t = instants(segment)
+    for begin, lines in segment.covariances:
+        _check_covariances(segment, begin, lines)
     table = 1e3 * numbers(segment, 6, optional=3)
     frame_epoch = meta.values.get("REF_FRAME_EPOCH")
     try:
@@ -96,3 +104,25 @@ def _orbit(segment: Segment) -> OrbitEphemeris:
         center_name=meta.required("CENTER_NAME"),
         metadata=dict(meta.values),
     )
+
+
+def _check_covariances(segment: Segment, begin: int, lines: Sequence[tuple[int, str]]) -> None:
+    """Raises `InputError` unless a block holds matrices: EPOCH, perhaps COV_REF_FRAME, the six rows of a triangle."""
+    meta = segment.meta
+    rows = _TRIANGLE
+    for row, line in lines:
+        key, equals, value = (part.strip() for part in line.partition("="))
+        if key == "EPOCH" and equals and rows == _TRIANGLE:
+            instant(value, meta.required("TIME_SYSTEM"), meta.file, row, "EPOCH of a covariance")
+            rows = 0
+        elif not (key == "COV_REF_FRAME" and equals and value and rows == 0):
+            tokens = line.split()
+            numbers = [float(token) for token in tokens if REAL.fullmatch(token)]
+            if rows == _TRIANGLE or len(numbers) != len(tokens) or len(numbers) != rows + 1:
+                wanted = "EPOCH = ..." if rows == _TRIANGLE else f"{rows + 1} numbers"
+                reason = f"expected {wanted}, found {line[:40]!r}"
+                raise InputError(reason, file=meta.file, row=row, field=f"covariance of line {begin}")
+            rows += 1
+    if rows != _TRIANGLE or not lines:
+        reason = f"ends after {rows % _TRIANGLE} rows of a matrix, expected {_TRIANGLE}"
+        raise InputError(reason, file=meta.file, row=begin, field="COVARIANCE_START")

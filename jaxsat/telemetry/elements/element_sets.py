@@ -1,6 +1,7 @@
 """Files of NORAD mean elements: two- and three-line element sets, and orbit mean-elements messages (OMM)."""
 
 import datetime
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,10 +11,10 @@ from sgp4.api import SGP4_ERRORS, Satrec
 
 from jaxsat.environment.orbit import elements_epoch
 from jaxsat.errors import InputError
-from jaxsat.files.text_file import read_small_file
+from jaxsat.files.text_file import hidden_character, read_small_file
 from jaxsat.telemetry.elements.omm import OmmRecord, satellite_from_omm
 from jaxsat.telemetry.elements.omm_formats import looks_like_omm, read_omm_records
-from jaxsat.telemetry.elements.tle_lines import check_tle_lines
+from jaxsat.telemetry.elements.tle_lines import LENGTH, check_tle_lines
 from jaxsat.time import Epoch
 
 MAX_FILE_BYTES = 64 * 2**20
@@ -57,6 +58,8 @@ def read_element_sets(path: str | Path) -> list[ElementSet]:
     except UnicodeDecodeError as error:
         row = data.count(b"\n", 0, error.start) + 1
         raise InputError(f"byte 0x{data[error.start]:02x} is not UTF-8 text", file=path, row=row) from None
+    if not text.strip():
+        raise InputError(f"file is empty; expected a {KIND} file", file=path)
     if looks_like_omm(text):
         return [_from_omm(record, path) for record in read_omm_records(text, path)]
     return _from_tle(text, path)
@@ -76,13 +79,21 @@ def _from_omm(record: OmmRecord, path: Path) -> ElementSet:
 
 
 def _from_tle(text: str, path: Path) -> list[ElementSet]:
-    lines = [(row, line.rstrip()) for row, line in enumerate(text.split("\n"), 1) if line.strip()]
+    lines = [(row, line.rstrip()) for row, line in enumerate(text.split("\n"), 1) if line.strip() and line[0] != "#"]
     sets, k = [], 0
     while k < len(lines):
         name = ""
         # A name may itself begin with a digit and a blank: what follows it decides.
         if not _begins_set(lines, k) and (not lines[k][1].startswith(("1 ", "2 ")) or _begins_set(lines, k + 1)):
-            name, k = lines[k][1].removeprefix("0 ").strip(), k + 1
+            row, line = lines[k]
+            if line.lstrip().startswith(("1 ", "2 ")) and len(line.lstrip()) == LENGTH:
+                raise InputError("a blank stands in front of the line", file=path, row=row, field="TLE line")
+            if k > 0 and k + 1 == len(lines):
+                reason = f"no element set follows {line[:24]!r}; the trailer of a bulletin has to be taken out"
+                raise InputError(reason, file=path, row=row)
+            name, k = line.removeprefix("0 ").strip(), k + 1
+            if hidden := hidden_character(name):
+                raise InputError(f"{hidden} has no place in a name", file=path, row=row, field="TLE name")
         sets.append(_one_tle(lines[k : k + 2], name, path, lines[min(k, len(lines) - 1)][0]))
         k += 2
     return sets
@@ -100,7 +111,8 @@ def _one_tle(rows: list[tuple[int, str]], name: str, path: Path, row: int) -> El
             raise InputError(reason, file=path, row=at, field=f"TLE line {number}")
     (first_row, first), (second_row, second) = rows
     if second_row != first_row + 1:
-        raise InputError("a blank line stands within the set", file=path, row=first_row + 1, field="TLE line 2")
+        reason = "a blank line or a comment stands within the set"
+        raise InputError(reason, file=path, row=first_row + 1, field="TLE line 2")
     check_tle_lines((first, second), file=path, first_row=first_row)
     _check_tle_values(first, second, path, first_row)
     satellite = Satrec.twoline2rv(first, second)
@@ -111,7 +123,7 @@ def _one_tle(rows: list[tuple[int, str]], name: str, path: Path, row: int) -> El
 def _check_tle_values(first: str, second: str, path: Path, row: int) -> None:
     """Refuses values that fit the layout and the checksum and still are none."""
     # Two digits of the year: 1957 to 2056.
-    year = int(first[18:20].replace(" ", "0"))
+    year = int(first[18:20])
     year += 1900 if year >= 57 else 2000
     days = (datetime.date(year + 1, 1, 1) - datetime.date(year, 1, 1)).days + 1.0
     checks = (
@@ -124,8 +136,7 @@ def _check_tle_values(first: str, second: str, path: Path, row: int) -> None:
         (row + 1, "mean motion", "above 0 to 20 turns a day", second[52:63], lambda x: 0.0 < x <= 20.0),
     )
     for at, name, expected, found, accepted in checks:
-        # SGP4 reads a blank within a number as the zero it stands for.
-        if not accepted(float(found.strip().replace(" ", "0"))):
+        if not accepted(float(found)):
             reason = f"expected {expected}, found {found.strip()}"
             raise InputError(reason, file=path, row=at, field=f"TLE {name}")
     if first[2] in "IO":
@@ -137,7 +148,7 @@ def _check_tle_values(first: str, second: str, path: Path, row: int) -> None:
 
 
 def _check_start(satellite: Satrec, path: Path, row: int | None) -> None:
-    code, _, _ = satellite.sgp4_tsince(0.0)
-    if code != 0:
-        reason = f"SGP4 refuses the elements at their own epoch: {SGP4_ERRORS.get(code, f'error {code}')}"
+    code, position, velocity = satellite.sgp4_tsince(0.0)
+    if code != 0 or not all(map(math.isfinite, (*position, *velocity))):
+        reason = f"SGP4 refuses the elements at their own epoch: {SGP4_ERRORS.get(code, 'no finite motion')}"
         raise InputError(reason, file=path, row=row)

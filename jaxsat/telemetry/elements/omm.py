@@ -1,6 +1,8 @@
 """Fields of an orbit mean-elements message (CCSDS 502.0-B) checked and made into SGP4's elements."""
 
 import datetime
+import difflib
+import functools
 import math
 import re
 from dataclasses import dataclass, field
@@ -9,6 +11,8 @@ from pathlib import Path
 from sgp4.api import WGS72, Satrec
 
 from jaxsat.errors import InputError
+from jaxsat.files.text_file import hidden_character
+from jaxsat.time import Epoch
 
 _WHOLE = re.compile("[0-9]+")
 _DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
@@ -26,17 +30,23 @@ _NUMBERS: dict[str, tuple[float, float, str, float | None]] = {
     "BSTAR": (-1e3, 1e3, "1/ER", None),
     "MEAN_MOTION_DOT": (-1e3, 1e3, "rev/day**2", 0.0),
     "MEAN_MOTION_DDOT": (-1e3, 1e3, "rev/day**3", 0.0),
-    "NORAD_CAT_ID": (0, 999999999, "", 0),
-    "EPHEMERIS_TYPE": (0, 9, "", 0),
+    "NORAD_CAT_ID": (0, 999999999, "", 0.0),
+    "EPHEMERIS_TYPE": (0, 9, "", 0.0),
 }
+VERSIONS = ("2.0", "3.0")
 # What SGP4 elements are; a message may leave these out, but not say otherwise.
 _WORDS = {
+    "CCSDS_OMM_VERS": VERSIONS,
     "CENTER_NAME": ("EARTH",),
     "REF_FRAME": ("TEME",),
     "TIME_SYSTEM": ("UTC",),
-    "MEAN_ELEMENT_THEORY": ("SGP4", "SGP/SGP4"),
+    # TLE: so in the samples of the NDM/XML set, whose comment says SGP4.
+    "MEAN_ELEMENT_THEORY": ("SGP4", "SGP/SGP4", "TLE"),
     "EPHEMERIS_TYPE": ("0", "2"),
 }
+_READ = (*_NUMBERS, *_WORDS, "EPOCH", "OBJECT_NAME", "OBJECT_ID")
+_MOST_FIELDS = 500
+"""Of a message: tables of catalogues have some sixty."""
 
 
 @dataclass
@@ -52,18 +62,30 @@ class OmmRecord:
     """(text, row, unit) by name."""
 
     def add(self, name: str, text: str, row: int | None = None, unit: str = "") -> None:
-        """Takes up a field; raises `InputError` where it is there already."""
-        if name in self.fields:
-            # The later row is the one to correct.
-            self.fields[name] = (text, row, unit)
-            raise self.error(name, "is given twice in one message")
+        """Takes up a field; raises `InputError` where it is there already, or is one that is read, but misspelt."""
+        if (hidden := hidden_character(name + text.strip())) or len(self.fields) >= _MOST_FIELDS:
+            reason = f"{hidden} has no place here" if hidden else f"is beyond {_MOST_FIELDS} fields of one message"
+        elif meant := _meant(name):
+            reason = f"is not known; did you mean {meant}?"
+        else:
+            reason = "is given twice in one message" if name in self.fields else ""
+        # Of two rows the later one is the one to correct.
         self.fields[name] = (text.strip(), row, unit)
+        if reason:
+            raise self.error(name, reason)
 
     def error(self, name: str, reason: str) -> InputError:
         """The error that says what is wrong with a field; with the message's number where rows are not known."""
         _, row, _ = self.fields.get(name, ("", self.row, ""))
-        label = f"OMM {name}" if row is not None else f"OMM {self.number}: {name}"
+        label = f"OMM {name[:40]}" if row is not None else f"OMM {self.number}: {name[:40]}"
         return InputError(reason, file=self.file, row=row, field=label)
+
+
+@functools.lru_cache(maxsize=4096)
+def _meant(name: str) -> str:
+    """The field that a misspelt name is near to; empty for those that are read, and for all others."""
+    close = [] if name in _READ else difflib.get_close_matches(name.upper(), _READ, n=1, cutoff=0.9)
+    return close[0] if close else ""
 
 
 def satellite_from_omm(record: OmmRecord) -> tuple[Satrec, str, int]:
@@ -125,9 +147,9 @@ def _epoch_days(record: OmmRecord) -> float:
             date = datetime.date(year, 1, 1) + datetime.timedelta(days=int(match[4]) - 1)
             if date.year != year:
                 raise ValueError(f"expected a day of {year}, found {match[4]}")
-        datetime.time(hour, minute)
+        Epoch.from_utc(date.year, date.month, date.day, hour, minute)
     except ValueError as error:
         raise record.error("EPOCH", f"{text}: {error}") from None
-    if not (year >= 1960 and second < 60.0):
-        raise record.error("EPOCH", f"expected a year from 1960 on and seconds below 60, found {text}")
+    if second >= 60.0:
+        raise record.error("EPOCH", f"expected seconds below 60, found {text}")
     return (date - _SGP4_DAY_0).days + (3600 * hour + 60 * minute + second) / 86400.0

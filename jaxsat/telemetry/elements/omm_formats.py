@@ -1,27 +1,38 @@
 """The four written forms of orbit mean-elements messages, XML, KVN, JSON and CSV, each read into records of text."""
 
 import csv
+import io
 import json
 import re
+from collections import Counter
 from pathlib import Path
 from typing import NoReturn
 from xml.parsers import expat
 
 from jaxsat.errors import InputError
-from jaxsat.telemetry.elements.omm import OmmRecord
+from jaxsat.telemetry.elements.omm import VERSIONS, OmmRecord
 
 # A unit follows numbers alone: brackets in a satellite's name are part of it.
 _KVN_LINE = re.compile(r"\s*([A-Z0-9_]+)\s*=\s*(?:([+-]?[0-9.]\S*)\s*\[\s*([^\]]*?)\s*\]|(.*?))\s*")
 
 # Four times what the standard allows; beyond that the search for brackets would take long.
 _LONGEST_KVN_LINE = 1016
+_DEEPEST = 32
+"""Levels of XML; messages have seven."""
 
 
 def looks_like_omm(text: str) -> bool:
     """Whether a text is one of the four forms of OMM rather than a file of two-line elements."""
     start = text.lstrip()
     first = start.split("\n", 1)[0]
-    return start[0] in "<[{" or start.startswith("CCSDS_OMM_VERS") or ("EPOCH" in first and "," in first)
+    return start[0] in "<[{" or _is_kvn(text) or ("EPOCH" in first and ("," in first or ";" in first))
+
+
+def _is_kvn(text: str) -> bool:
+    for line in io.StringIO(text):
+        if line.strip() and line.split()[0] != "COMMENT":
+            return line.lstrip().startswith("CCSDS_OMM_VERS")
+    return False
 
 
 def read_omm_records(text: str, file: Path) -> list[OmmRecord]:
@@ -31,7 +42,7 @@ def read_omm_records(text: str, file: Path) -> list[OmmRecord]:
         records = _read_xml(text, file)
     elif start[0] in "[{":
         records = _read_json(text, file)
-    elif start.startswith("CCSDS_OMM_VERS"):
+    elif _is_kvn(text):
         records = _read_kvn(text, file)
     else:
         records = _read_csv(text, file)
@@ -50,6 +61,12 @@ def _read_xml(text: str, file: Path) -> list[OmmRecord]:
     def begin(tag: str, attributes: dict[str, str]) -> None:
         if not path and tag not in ("omm", "ndm"):
             raise InputError(f"expected a message <omm> or <ndm>, found <{tag[:24]}>", file=file, row=row())
+        if len(path) >= _DEEPEST:
+            raise InputError(f"<{tag[:24]}> is nested too deeply", file=file, row=row())
+        version = attributes.get("version", VERSIONS[0])
+        if tag == "omm" and version not in VERSIONS:
+            reason = f"expected {' or '.join(VERSIONS)}, found {version[:24]!r}"
+            raise InputError(reason, file=file, row=row(), field="OMM version")
         if tag == "segment":
             records.append(OmmRecord(file, row(), len(records) + 1))
         path.append(tag)
@@ -89,6 +106,8 @@ def _read_kvn(text: str, file: Path) -> list[OmmRecord]:
         name, number, unit, word = match.groups()
         if name == "CCSDS_OMM_VERS":
             records.append(OmmRecord(file, row, len(records) + 1))
+        elif not records:
+            raise InputError(f"expected CCSDS_OMM_VERS = ..., found {name[:24]!r}", file=file, row=row)
         records[-1].add(name, number or word, row, unit or "")
     return records
 
@@ -98,10 +117,12 @@ def _read_json(text: str, file: Path) -> list[OmmRecord]:
         raise InputError(f"expected numbers, found {word}", file=file)
 
     def once(pairs: list[tuple[str, object]]) -> dict[str, object]:
-        names = [name for name, _ in pairs]
-        if twice := {name for name in names if names.count(name) > 1}:
-            raise InputError("is given twice in one message", file=file, field=f"OMM {min(twice)}")
-        return dict(pairs)
+        found = dict(pairs)
+        if len(found) != len(pairs):
+            names = Counter(name for name, _ in pairs)
+            twice = min(name for name, count in names.items() if count > 1)
+            raise InputError("is given twice in one message", file=file, field=f"OMM {twice[:40]}")
+        return found
 
     try:
         # Numbers stay text, to be checked as in the other forms.
@@ -125,7 +146,10 @@ def _read_json(text: str, file: Path) -> list[OmmRecord]:
 
 
 def _read_csv(text: str, file: Path) -> list[OmmRecord]:
-    reader = csv.reader(text.lstrip().splitlines(), strict=True)
+    first = text.lstrip().split("\n", 1)[0]
+    if first.count(";") > first.count(","):
+        raise InputError("the fields stand between semicolons; expected commas", file=file, row=1)
+    reader = csv.reader(io.StringIO(text.lstrip(), newline=""), strict=True)
     skipped = text[: len(text) - len(text.lstrip())].count("\n")
     records: list[OmmRecord] = []
     try:

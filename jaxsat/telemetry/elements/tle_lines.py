@@ -15,32 +15,41 @@ LENGTH = 69
 
 # Layout by columns (Hoots & Roehrich 1980, Spacetrack Report 3, appendix). The checksum counts letters as zero, so it
 # lets a letter in the epoch pass: the fields are checked on their own.
-_NUMBER = r"[0-9A-Z ][0-9 ]{3}[0-9]"
-_EXPONENT = r"[ +-][0-9 ]{5}[ +-][0-9]"
+# SGP4 itself reads a blank among digits as it comes: a blank is taken in front of a number alone.
+
+
+def _padded(width: int) -> str:
+    """Pattern of a whole number of up to `width` digits, blanks in front of it."""
+    return "(?:" + "|".join(" " * blanks + f"[0-9]{{{width - blanks}}}" for blanks in range(width)) + ")"
+
+
+_NUMBER = f"(?:[A-Z][0-9]{{4}}|{_padded(5)})"
+_DEGREES = _padded(3) + r"\.[0-9]{4} "
+_EXPONENT = "[ +-][0-9]{5}[ +-][0-9]"
 _LAYOUT = (
     (
         ("line number", "1 "),
         ("satellite number", _NUMBER),
         ("classification", "[UCS ] "),
-        ("international designator", "[0-9 ]{5}[A-Z ]{3} "),
-        ("epoch", r"[0-9]{2}[0-9 ]{2}[0-9]\.[0-9]{8} "),
+        ("international designator", "(?:[0-9]{5}(?:[A-Z]{3}|[A-Z]{2} |[A-Z]  |   )| {8}) "),
+        ("epoch", "[0-9]{2}" + _padded(3) + r"\.[0-9]{8} "),
         ("first derivative of mean motion", r"[ +-]\.[0-9]{8} "),
         ("second derivative of mean motion", _EXPONENT + " "),
         ("drag term", _EXPONENT + " "),
         ("ephemeris type", "[0-9 ] "),
-        ("element set number", "[0-9 ]{3}[0-9]"),
+        ("element set number", _padded(4)),
         ("checksum", "[0-9]"),
     ),
     (
         ("line number", "2 "),
         ("satellite number", _NUMBER + " "),
-        ("inclination", r"[0-9 ]{2}[0-9]\.[0-9]{4} "),
-        ("right ascension of the node", r"[0-9 ]{2}[0-9]\.[0-9]{4} "),
-        ("eccentricity", "[0-9]{7} "),
-        ("argument of perigee", r"[0-9 ]{2}[0-9]\.[0-9]{4} "),
-        ("mean anomaly", r"[0-9 ]{2}[0-9]\.[0-9]{4} "),
-        ("mean motion", r"[0-9 ][0-9]\.[0-9]{8}"),
-        ("revolution number", "[0-9 ]{4}[0-9]"),
+        ("inclination", _DEGREES),
+        ("right ascension of the node", _DEGREES),
+        ("eccentricity", _padded(7) + " "),
+        ("argument of perigee", _DEGREES),
+        ("mean anomaly", _DEGREES),
+        ("mean motion", _padded(2) + r"\.[0-9]{8}"),
+        ("revolution number", _padded(5)),
         ("checksum", "[0-9]"),
     ),
 )

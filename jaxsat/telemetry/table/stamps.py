@@ -34,7 +34,7 @@ def instants(table: RawTable, settings: TimeSettings) -> Instants:
         found = _from_iso(table, settings)
     else:
         seconds = numbers(table, settings.column) * _SCALE[settings.unit]
-        found = _from_unix(table, settings.column, seconds) if settings.form == "unix" else _after(settings, seconds)
+        found = (_from_unix if settings.form == "unix" else _after)(table, settings, seconds)
     return found[0], found[1] - settings.offset_s / SECONDS_PER_DAY
 
 
@@ -49,17 +49,22 @@ def as_epoch(tai: tuple[float, float]) -> Epoch:
     return Epoch(*map(float, erfa.taiutc(*tai)))
 
 
-def _after(settings: TimeSettings, seconds: np.ndarray) -> Instants:
+def _after(table: RawTable, settings: TimeSettings, seconds: np.ndarray) -> Instants:
     assert settings.epoch is not None
     day, part = Epoch.from_iso(settings.epoch).tai()
+    unix = ((day - _UNIX_0) + part) * SECONDS_PER_DAY + seconds
+    wrong = np.flatnonzero((unix < _FIRST) | (unix >= _LAST))
+    if wrong.size:
+        reason = f"{seconds[wrong[0]]:.15g} s after {settings.epoch} is outside the years 1960 to 2199"
+        raise InputError(reason, file=table.path, row=int(table.rows[wrong[0]]), field=settings.column)
     return np.where(np.isnan(seconds), np.nan, day), part + seconds / SECONDS_PER_DAY
 
 
-def _from_unix(table: RawTable, name: str, seconds: np.ndarray) -> Instants:
+def _from_unix(table: RawTable, settings: TimeSettings, seconds: np.ndarray) -> Instants:
     wrong = np.flatnonzero((seconds < _FIRST) | (seconds >= _LAST))
     if wrong.size:
         reason = f"expected Unix seconds from 1960 to 2199, found {seconds[wrong[0]]:.15g}; is time.unit ms, us or ns?"
-        raise InputError(reason, file=table.path, row=int(table.rows[wrong[0]]), field=name)
+        raise InputError(reason, file=table.path, row=int(table.rows[wrong[0]]), field=settings.column)
     days, clock = np.divmod(seconds, SECONDS_PER_DAY)
     return _tai(_UNIX_0 + days, clock)
 

@@ -4,6 +4,7 @@ import http.client
 import json
 import shutil
 import socket
+import struct
 import threading
 import time
 import webbrowser
@@ -11,8 +12,9 @@ from pathlib import Path
 
 import pytest
 
+from fitting.report.stored_run import read_run
 from jaxsat.cli.main import run
-from jaxsat.cli.view.command import serve
+from jaxsat.cli.view.serving import MOST_AT_ONCE, serve
 from jaxsat.errors import InputError
 
 
@@ -69,14 +71,21 @@ def spoil_json(path: Path, **changes) -> None:
         (lambda d: shutil.rmtree(d), "no fit.json; expected results of a fit"),
         (lambda d: (d / "fit.json").rename(d / "summary.json"), "holds several runs"),
         (lambda d: (d / "fit.json").write_text("{"), "fit.json: is no JSON"),
-        (lambda d: (d / "fit.json").write_text("[]"), "schema: expected jaxsat.fit/1, got None"),
+        (lambda d: (d / "fit.json").write_text("[]"), "fit.json: is no fit.json: expected an object"),
         (
             lambda d: spoil_json(d / "scene.json", schema="jaxsat.scene/9"),
             "expected jaxsat.scene/1, got jaxsat.scene/9",
         ),
-        (lambda d: spoil_json(d / "fit.json", diagnostics="gone"), "KeyError: 'diagnostics'"),
-        (lambda d: spoil_json(d / "provenance.json", orbit="gone"), "KeyError: 'orbit'"),
+        (lambda d: spoil_json(d / "fit.json", diagnostics="gone"), "fit.json: diagnostics: Field required"),
+        (lambda d: spoil_json(d / "provenance.json", orbit="gone"), "provenance.json: orbit: Field required"),
         (lambda d: (d / "provenance.json").unlink(), "provenance.json: no such file"),
+        (lambda d: spoil_json(d / "fit.json", dof=[1]), "fit.json: dof: Input should be a valid integer"),
+        (
+            lambda d: replace(d / "fit.json", '"chi2": ', '"chi2": 1e999, "was": '),
+            "fit.json: is no JSON: chi2: a number",
+        ),
+        (lambda d: replace(d / "scene.json", '"begin_s": ', '"begin_s": Infinity, "x": '), "Infinity is no number"),
+        (lambda d: replace(d / "attitude.csv", "t_s,utc", '"' + "x" * 140000), "attitude.csv: damaged CSV"),
         (lambda d: (d / "channel-cells.csv").write_text("t_s,utc\n"), "channel-cells.csv:1: expected the"),
         (
             lambda d: replace(d / "attitude.csv", "2001-01-18T04:54:15.000,", "2001-01-18T04:54:15.000,x"),
@@ -99,6 +108,16 @@ def replace(path: Path, old: str, new: str) -> None:
     text = path.read_text()
     assert old in text
     path.write_text(text.replace(old, new, 1))
+
+
+def test_a_picture_that_is_a_link_or_none_is_not_shown(fitted):
+    for name in ("orbit.png", "attitude.png"):
+        (fitted / name).unlink(missing_ok=True)
+    (fitted.parent / "secret").write_text("secret of another")
+    (fitted / "orbit.png").symlink_to(fitted.parent / "secret")
+    (fitted / "attitude.png").write_text("no picture")
+    found = read_run(fitted).pictures
+    assert "orbit.png" not in found and "attitude.png" not in found
 
 
 @pytest.mark.parametrize("arguments", [["view"], ["view", "run", "--port", "0"], ["view", "run", "--prot", "8000"]])
@@ -125,3 +144,30 @@ def test_serving(capsys):
     answer = connection.getresponse()
     assert (answer.status, answer.read()) == (200, b"a page")
     connection.close()
+    for host, status in (
+        ("localhost:9000", 200),
+        ("LOCALHOST", 200),
+        ("evil.example:80", 403),
+        ("127.0.0.1.example", 403),
+    ):
+        connection.request("GET", "/", headers={"Host": host})
+        assert connection.getresponse().status == status
+        connection.close()
+    # More silent ones than it has threads for, then all of them gone: the next is served again, and nothing is said.
+    silent = [socket.create_connection(("127.0.0.1", port)) for _ in range(2 * MOST_AT_ONCE)]
+    assert silent[-1].recv(1) == b"" and threading.active_count() < 2 * MOST_AT_ONCE
+    for each in silent:
+        each.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        each.close()
+    for _ in range(100):
+        try:
+            connection.request("GET", "/")
+            assert connection.getresponse().status == 200
+            break
+        except (ConnectionError, http.client.HTTPException):
+            connection.close()
+            time.sleep(0.02)
+    else:
+        pytest.fail("not served again")
+    connection.close()
+    assert capsys.readouterr().err == ""

@@ -70,7 +70,7 @@ def test_profiles_are_in_every_output_and_come_back(tmp_path):
     assert "<h2>What the data hardly see</h2>" in page and SCALE.name in page
 
     stored = read_run(out)
-    assert isinstance(stored, Run) and stored.result.unseen == (SCALE, WEAK) and stored.page() == page
+    assert isinstance(stored, Run) and stored.result.unseen == (SCALE, WEAK) and stored.page == page
     (again,) = stored.profiles
     for field in dataclasses.fields(Profile):
         np.testing.assert_array_equal(getattr(again, field.name), getattr(IMAX, field.name))

@@ -180,6 +180,7 @@ def test_rates_follow_from_derivatives_and_frames(tmp_path):
         ("= QUATERNION\n", "= SPIN\n", "ATTITUDE_TYPE: expected QUATERNION or"),
         ("= UTC", "= MRT", "TIME_SYSTEM: expected UTC or TAI"),
         ("= UTC", "= TAI", "no leap seconds"),
+        ("REF_FRAME_B = SC_BODY_1", "REF_FRAME_B = EME2000", "REF_FRAME_B: EME2000 is REF_FRAME_A too"),
         ("0.6 0.8", "0.6 nan", "expected a plain decimal number, found 'nan'"),
         ("0.6 0.8", "0.6 0_8", "found '0_8'"),
         ("0.6 0.8", "0.6 inf", "found 'inf'"),

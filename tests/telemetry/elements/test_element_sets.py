@@ -143,6 +143,21 @@ def test_many_sets_of_a_file(tmp_path):
     assert len(read_element_sets(write(tmp_path, csv_text() + csv_text().splitlines()[1]))) == 2
 
 
+def test_a_blank_in_front_is_found_where_it_stands(tmp_path):
+    assert message(tmp_path, f" {FIRST}\n {SECOND}\n").startswith(":1: TLE line: a blank stands in front")
+
+
+def test_comments_are_no_names(tmp_path):
+    text = f"# from a catalogue\n# of yesterday\n{ISS[0]}\n{ISS[1]}\n#\n{tle()}"
+    assert [(s.name, s.row) for s in read_element_sets(write(tmp_path, text))] == [("", 3), (NAME, 7)]
+    (found,) = read_element_sets(write(tmp_path, f"COMMENT hello\n\n{kvn()}"))
+    assert (found.name, found.row) == (NAME, 3)
+    blanks = with_sum(SECOND.replace("0005013", "   5013"))
+    assert read_element_sets(write(tmp_path, f"{FIRST}\n{blanks}\n"))[0].satellite.ecco == 0.0005013
+    (found,) = read_element_sets(write(tmp_path, json_text({**FIELDS, "MEAN_ELEMENT_THEORY": "TLE"})))
+    assert found.satellite.ecco == 0.0005013
+
+
 def test_numbers_beyond_five_digits(tmp_path):
     lines = [line.replace("25544", "T0001") for line in ISS]
     lines = [line[:68] + str(checksum(line)) for line in lines]
@@ -185,7 +200,14 @@ def with_sum(line: str) -> str:
         (FIRST, SECOND[:40], ":3: TLE line 2: expected 69 characters"),
         (FIRST, "", ":2: TLE line 2: expected a line that begins with '2 ', found 'the end of the file'"),
         ("", SECOND, ":3: TLE line 1: expected a line that begins with '1 ', found '2 23581"),
-        (FIRST, "\n" + SECOND, ":3: TLE line 2: a blank line stands within the set"),
+        (FIRST, "\n" + SECOND, ":3: TLE line 2: a blank line or a comment stands within the set"),
+        (FIRST, with_sum(SECOND.replace("81.7939", "8 .7939")), ":3: TLE right ascension of the node: malformed"),
+        (FIRST, with_sum(SECOND.replace("249.2363", "2 9.2363")), ":3: TLE argument of perigee: malformed"),
+        (with_sum(FIRST.replace("10000-3", " 0000-3")), SECOND, ":2: TLE drag term: malformed"),
+        (with_sum(FIRST.replace("07064", "0 064")), SECOND, ":2: TLE epoch: malformed"),
+        (with_sum(FIRST.replace("95025A", "9 025A")), SECOND, ":2: TLE international designator: malformed"),
+        (" " + FIRST, SECOND, ":2: TLE line 1: expected a line"),
+        (FIRST, SECOND + "\n/EX", ":4: no element set follows '/EX'; the trailer"),
         (FIRST, NAME, ":3: TLE line 2: expected a line that begins with '2 ', found 'GOES 9 [P]'"),
     ],
 )
@@ -213,6 +235,7 @@ def test_damaged_lines(first, second, expected, tmp_path):
         ("MEAN_ELEMENT_THEORY", "SGP4-XP", "expected SGP4 or SGP/SGP4"),
         ("EPHEMERIS_TYPE", "4", "expected 0 or 2"),
         ("TIME_SYSTEM", "GPS", "expected UTC"),
+        ("EPOCH", "2220-03-05T10:34:41", "year must be in 1960..2200"),
         ("BSTAR", None, "is missing"),
     ],
 )
@@ -233,6 +256,20 @@ def test_damaged_messages(form, name, value, expected, tmp_path):
     ("text", "expected"),
     [
         (kvn().replace("[deg]", "[rad]"), ":13: OMM INCLINATION: expected the unit deg, found 'rad'"),
+        (kvn().replace("2.0", "9.9", 1), ":1: OMM CCSDS_OMM_VERS: expected 2.0 or 3.0, as"),
+        (xml().replace('"2.0"', '"9.9"'), ":2: OMM version: expected 2.0 or 3.0, found '9.9'"),
+        (
+            kvn().replace("MOTION_DOT", "MOTION_DTO"),
+            ":24: OMM MEAN_MOTION_DTO: is not known; did you mean",
+        ),
+        (json_text().replace("MEAN_MOTION_DOT", "Mean_Motion_Dot"), ": OMM 1: Mean_Motion_Dot: is not known; did you"),
+        (json_text().replace("GOES", "GO\\u001bES"), ": OMM 1: OBJECT_NAME: character U+001B has no place here"),
+        (json_text().replace("GOES", "GO\\ud800ES"), ": OMM 1: OBJECT_NAME: character U+D800 has no place here"),
+        ("CCSDS_OMM_VERSION = 2.0\n", ":1: expected CCSDS_OMM_VERS = ..., found 'CCSDS_OMM_VERSION'"),
+        ("\ufeff\n", ": file is empty"),
+        (csv_text().replace(",", ";"), ":1: the fields stand between semicolons; expected commas"),
+        ("<ndm>" + "<a>" * 100000, ":1: <a> is nested too deeply"),
+        (json.dumps({f"k{i}": 0 for i in range(200000)}), ": OMM 1: k500: is beyond 500 fields"),
         (kvn() + "BSTAR = 1\n", ":26: OMM BSTAR: is given twice"),
         (kvn() + "BSTAR\n", ":26: expected NAME = VALUE, found 'BSTAR'"),
         (kvn() + "A = " + "[ " * 10000 + "\n", ":26: expected NAME = VALUE"),

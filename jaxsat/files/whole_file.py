@@ -7,10 +7,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
-try:
-    import fcntl
-except ImportError:  # Windows, whose unfinished files are then left to the user.
-    fcntl = None
+from jaxsat.files.system import lock, sync_directory
 
 _PART = ".part"
 _EIO = 5
@@ -21,7 +18,7 @@ def write_whole(path: Path, write: Callable[[IO[bytes]], object]) -> None:
     try:
         while not _written(path, write):
             pass
-        _sync_directory(path.parent)
+        sync_directory(path.parent)
     except OSError as error:
         raise OSError(error.errno or _EIO, error.strerror or " ".join(str(error).split()), str(path)) from None
 
@@ -32,12 +29,11 @@ def _written(path: Path, write: Callable[[IO[bytes]], object]) -> bool:
     part = path.parent / f".{path.name}.{uuid.uuid4().hex}{_PART}"
     try:
         with part.open("xb") as stream:
-            # The kernel gives the lock back when the process dies: what can be locked is a leftover.
-            _lock(stream)
+            held = lock(stream.fileno())
             write(stream)
             stream.flush()
             os.fsync(stream.fileno())
-            if fcntl is not None:
+            if held:
                 return _renamed(part, path)
         return _renamed(part, path)
     except BaseException:
@@ -63,7 +59,7 @@ def remove_leftovers(directory: Path, names: Collection[str]) -> int:
         if name in names:
             # Somebody may have given it its name just now.
             with suppress(FileNotFoundError), part.open("rb+") as stream:
-                if _lock(stream, wait=False):
+                if lock(stream.fileno(), wait=False):
                     part.unlink()
                     removed += 1
     return removed
@@ -73,27 +69,5 @@ def remove_leftovers(directory: Path, names: Collection[str]) -> int:
 def locked(path: Path) -> Iterator[None]:
     """Only one process at a time is inside, where the file system knows locks."""
     with path.open("ab") as stream:
-        _lock(stream)
+        lock(stream.fileno())
         yield
-
-
-def _lock(stream: IO[bytes], *, wait: bool = True) -> bool:
-    """Whether the lock of a file was got; False also where there are no locks."""
-    if fcntl is None:
-        return False
-    try:
-        fcntl.flock(stream, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True
-
-
-def _sync_directory(directory: Path) -> None:
-    """Brings the renaming itself to the disk, where the system can."""
-    if os.name != "posix":
-        return
-    handle = os.open(directory, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from jaxsat.sweep.files import remove_leftovers, write_whole
+from jaxsat.files.whole_file import remove_leftovers, write_whole
 
 
 def test_a_writer_that_fails_leaves_what_was_there(tmp_path):

@@ -1,0 +1,1 @@
+"""What the JSON files of a fit hold, for whoever reads them back."""
