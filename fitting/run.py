@@ -9,7 +9,7 @@ import jax
 import numpy as np
 
 from fitting.doctor.bench import Bench
-from fitting.doctor.examine import examine
+from fitting.doctor.examine import doubtful, examine, reconsidered
 from fitting.fitted import Fit
 from fitting.identify import identify
 from fitting.measurements.assembly import Samples, channels_within
@@ -55,8 +55,9 @@ def fit(
     the telemetry. `free` names what is fitted and `holdout` the share of the time that is only predicted, in place of
     those of `settings`; `given` is what of orbit, Earth and Sun shall not be found from session and satellite;
     `profiles` names free parameters whose cost is walked along; with `sky_ahead` what a report shows of the
-    surroundings is computed beside the fit; with `causes` the usual ones are tried where the data deny it (half a
-    minute). A fit that does not converge is a result with that status. Raises
+    surroundings is computed beside the fit; with `causes` the usual ones are tried where the data deny
+    it or chi2 is doubtful (half a minute), and what explains a doubt denies it too. A fit that does not converge is a
+    result with that status. Raises
     `InputError` for what cannot be fitted and for such names that are not free, ValueError (pydantic's) for a setting
     that cannot be, and ValueError where JAX works in single precision.
     """
@@ -90,9 +91,12 @@ def fit(
         raise InputError(error.reason, file=error.file or session.paths[0], field=error.field) from None
     result = summarize(found, _background(session, task.orbit_fit))
     profiler(found)
-    if causes and result.verdict == WRONG_MODEL:
+    if causes:
         bench = Bench(found, task.around, settings, task.delayed)
-        result = dataclasses.replace(result, causes=examine(bench, result, session.elements_epoch, progress))
+        if result.verdict == WRONG_MODEL:
+            result = dataclasses.replace(result, causes=examine(bench, result, session.elements_epoch, progress))
+        elif doubtful(result):
+            result = reconsidered(bench, result, progress)
     timing = {**result.timing_s, "prepare": result.timing_s["prepare"] + prepared}
     timing["total"] = time.perf_counter() - began
     result = dataclasses.replace(result, timing_s=timing, remarks=(*task.remarks, *result.remarks))

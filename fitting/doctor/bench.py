@@ -79,6 +79,11 @@ class Bench:
         return self.chi2_of(self.problem, self.found.minima[0].refined)
 
     @cached_property
+    def of_witnesses(self) -> float:
+        """What witnesses have of it."""
+        return self.chi2 - 2.0 * float(self.found.minima[0].refined.score[0])
+
+    @cached_property
     def readings(self) -> int:
         """That were fitted, but for zeros of faces that see nothing."""
         return self.told(self.weight(self.problem))

@@ -54,8 +54,9 @@ def other_noise(bench: Bench, result: FitResult) -> Iterator[Trial]:
             "noise",
             f"the noise of {name} is {np.sqrt(ratio):.1f} times the stated one",
             "state the noise that the data have",
-            # Twice the logarithm of the likelihood of normal residuals at the scale that suits them best.
-            bench.readings * (1.0 + float(np.log(ratio))),
+            # Twice the logarithm of the likelihood of normal residuals at the scale that suits them best; witnesses
+            # are off as before.
+            bench.readings * (1.0 + float(np.log(ratio))) + bench.of_witnesses,
             1,
             f"channels.{name}.sigma = {channel.sigma * np.sqrt(ratio):.3g}",
         )

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fitting.outcome.result import FITS_ONLY, WRONG_MODEL, ChannelFit, FittedParameter
+from fitting.outcome.result import FITS_ONLY, WRONG_MODEL, ChannelFit, FitResult, FittedParameter
 
 NO_SIGMAS = "no sigmas are shown: they would be those of a model that is denied, or of no minimum"
 
@@ -35,4 +35,16 @@ def with_factor(table: tuple[FittedParameter, ...], factor: float) -> tuple[Fitt
         if each.sigma is None
         else dataclasses.replace(each, sigma=each.sigma * factor if np.isfinite(factor) else None)
         for each in table
+    )
+
+
+def without_sigmas(result: FitResult) -> FitResult:
+    """A result that is denied after all."""
+    angle = result.field_angle_sigma_deg
+    return dataclasses.replace(
+        result,
+        parameters=with_factor(result.parameters, np.inf),
+        attitude_sigma_deg=np.full_like(result.attitude_sigma_deg, np.inf),
+        field_angle_sigma_deg=None if angle is None else np.full_like(angle, np.inf),
+        remarks=(*result.remarks, *factor_remark(np.inf)),
     )

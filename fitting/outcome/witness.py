@@ -86,6 +86,8 @@ def wish_of(
     if the fit is right. The noise is that of e, and u (1 + cov u)^-1 u then chi-square with as many degrees of freedom
     as combinations.
     """
+    if len(residual) < SPARE:
+        return None
     values, vectors = np.linalg.eigh(cov)
     left, size, _ = np.linalg.svd(slope @ (vectors * np.sqrt(np.maximum(values, 0.0))), full_matrices=False)
     seen = size > SEEN

@@ -124,6 +124,7 @@ def test_what_the_wish_does_not_explain_is_believed_where_chi2_is_doubtful_alone
     assert not calm.denies and doubtful.denies
 
 
-def test_few_readings_have_no_wish():
-    few = slice(14)
-    assert wish_of(np.ones(14), SLOPE[few], SPREAD, COLUMN[few], noise=1e-3, chi2_p=0.5) is None
+@pytest.mark.parametrize("count", [0, 1, 14])
+def test_few_readings_have_no_wish(count):
+    few = slice(count)
+    assert wish_of(np.ones(count), SLOPE[few], SPREAD, COLUMN[few], noise=1e-3, chi2_p=0.5) is None
