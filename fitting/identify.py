@@ -151,7 +151,11 @@ def identify(
         needed = _fine_step(_spins(found, fitted), settings.step_s, whole_span) if samples.given is None else longest
         if needed < MUCH_SHORTER * longest:
             again = [
-                (m.convention, Starts(m.refined.points.x, m.refined.points.reference, m.refined.score)) for m in found
+                (
+                    m.convention,
+                    Starts(np.array(m.refined.points.x), np.array(m.refined.points.reference), m.refined.score),
+                )
+                for m in found
             ]
             found = minima(again, max(needed, LEAST * longest))
         return found

@@ -47,7 +47,7 @@ def fit(
     profiles: Sequence[str] = (),
     progress: Progress = lambda *_: None,
     sky_ahead: bool = False,
-    causes: bool = False,
+    causes: bool = True,
 ) -> Fit:
     """Fits attitude and parameters to what the sensors of a satellite measured.
 
