@@ -184,7 +184,7 @@ def run(session: str, free: str, bounds: dict) -> dict:
     satellite = read_satellite(changed=changed)
     session_read = read_telemetry(path, satellite)
     began = time.perf_counter()
-    found = fitting.fit(satellite, session_read, free=words)
+    found = fitting.fit(satellite, session_read, free=words, causes=False)
     result, cells = found.result, found.result.channels["cells"]
     seconds = time.perf_counter() - began
 

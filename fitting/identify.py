@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -23,7 +23,7 @@ from fitting.starts.conventions import Convention, conventions, with_axes
 from fitting.starts.growing import FIRST_ARC, Run, grow
 from fitting.starts.ladder import directed_samples, first_guesses, telling_samples
 from fitting.starts.mounting import with_turns
-from fitting.starts.multi_start import Progress, compile_solvers
+from fitting.starts.multi_start import Progress, Starts, compile_solvers
 from fitting.starts.sights import Sights, sights_of
 from fitting.starts.silent import Silent, silent_panels
 from fitting.starts.stretches import longest_stretch
@@ -38,6 +38,8 @@ COARSE_TOLERANCE, FINE_TOLERANCE = 4e-2, 2e-4
 
 HARDER = 3
 """Times as many starts, of as many more steps, where the first arc is explained and the data are not."""
+MUCH_SHORTER, LEAST = 0.8, 0.1
+"""Share of the step that was taken, below which one that the found motion needs is worth another round; the least."""
 MOST_GIVEN = 8
 """Conventions of axes that are refined along a motion that is given."""
 
@@ -123,24 +125,46 @@ def identify(
     silent, seen = silent_panels(seeing, model, parameters), directed_samples(sights)
     search = _Search(coarse, seeing, silent, seen[seen >= begin] - begin, use, fastest, parameters, settings, progress)
 
-    def minima(runs: list[Run]) -> Iterator[Minimum]:
-        fine_step = _fine_step(runs, settings.step_s, whole_span)
-        fine = build(samples, max_step=max(min(step, fine_step), finest))
+    def minima(starts: Sequence[tuple[Convention, Starts]], longest: float) -> list[Minimum]:
+        fine = build(samples, max_step=longest, room_for=min(longest, finest))
         weight = usable(fine, samples)
         weight[fitted:] = 0.0
-        for run in runs:
-            problem, starts = with_axes(fine, run.convention), run.starts
-            if begin > 0:
-                starts = carried_back(starts, parameters, samples, begin, problem.model, around, fine_step)
-            if len(starts.cost):
-                refined = _refined(problem, parameters, starts, weight, around, settings, progress)
-                yield Minimum(run.convention, problem, refined)
+        return [
+            Minimum(each, problem, _refined(problem, parameters, own, weight, around, settings, progress))
+            for each, own in starts
+            if len(own.cost)
+            for problem in [with_axes(fine, each)]
+        ]
+
+    def best_of(runs: list[Run]) -> list[Minimum]:
+        fine_step = _fine_step(_first_spins(runs), settings.step_s, whole_span)
+        longest = max(min(step, fine_step), finest)
+        starts = [(run.convention, run.starts) for run in runs]
+        if begin > 0:
+            back = [with_axes(first, run.convention).model for run in runs]
+            starts = [
+                (each, carried_back(own, parameters, samples, begin, craft, around, fine_step))
+                for (each, own), craft in zip(starts, back, strict=True)
+            ]
+        found = minima(starts, longest)
+        # A motion may become faster than its start was.
+        needed = _fine_step(_spins(found, fitted), settings.step_s, whole_span) if samples.given is None else longest
+        if needed < MUCH_SHORTER * longest:
+            again = [
+                (
+                    m.convention,
+                    Starts(np.array(m.refined.points.x), np.array(m.refined.points.reference), m.refined.score),
+                )
+                for m in found
+            ]
+            found = minima(again, max(needed, LEAST * longest))
+        return found
 
     runs, begun = search.along_given(found) if samples.given is not None else search.blind(found)
-    best = list(minima(runs))
+    best = best_of(runs)
     if begun and all(minimum.refined.hopeless[0] for minimum in best):
         # The model may be wrong; or the way from the first arc to the last is narrow, and too few starts were on it.
-        best += minima(search.blind(found, HARDER)[0])
+        best += best_of(search.blind(found, HARDER)[0])
     if not best:
         raise InputError("no start survives: the nominal satellite or the noise is out of all range")
     best.sort(key=lambda minimum: minimum.refined.score[0])
@@ -216,7 +240,19 @@ def _seen_rate(sights: Sights) -> float:
     return fastest
 
 
-def _fine_step(runs: list[Run], longest: float, span: float) -> float:
-    """Steps of the last rounds, by the spin of the survivors."""
-    spins = [RATE_UNIT * np.linalg.norm(run.starts.x[candidates(run.starts.cost), 3:6], axis=1).max() for run in runs]
-    return min(longest, step_for(RK4, 1.3 * float(max(spins)) + 1e-3, span, FINE_TOLERANCE))
+def _first_spins(runs: list[Run]) -> list[float]:
+    """Fastest of the survivors of each run, as they begin [rad/s]."""
+    return [
+        float(RATE_UNIT * np.linalg.norm(run.starts.x[candidates(run.starts.cost), 3:6], axis=1).max()) for run in runs
+    ]
+
+
+def _spins(found: list[Minimum], fitted: int) -> list[float]:
+    """Fastest rate of the best motion of each convention while it is fitted [rad/s]."""
+    rates = [np.asarray(each.refined.points.prediction.angular_velocity)[0, :fitted] for each in found]
+    return [float(np.linalg.norm(rate, axis=1).max()) for rate in rates]
+
+
+def _fine_step(spins: list[float], longest: float, span: float) -> float:
+    """Steps of the last rounds, by the fastest spin."""
+    return min(longest, step_for(RK4, 1.3 * max(spins, default=0.0) + 1e-3, span, FINE_TOLERANCE))

@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 import jax
 import numpy as np
 
+from fitting.doctor.bench import Bench
+from fitting.doctor.examine import doubtful, examine, reconsidered
 from fitting.fitted import Fit
 from fitting.identify import identify
 from fitting.measurements.assembly import Samples, channels_within
@@ -15,7 +17,9 @@ from fitting.measurements.enough import check_light
 from fitting.measurements.given import is_told
 from fitting.measurements.sky import Around
 from fitting.orbit.orbit_fit import OrbitFit
+from fitting.outcome.result import WRONG_MODEL
 from fitting.outcome.summary import summarize
+from fitting.outcome.verdict import Background
 from fitting.parameters.chosen import chosen_leaves, spelt_out
 from fitting.parameters.free import FreeParameters, free_parameters
 from fitting.profile.profiler import Profiler
@@ -29,6 +33,7 @@ from jaxsat.satellites import Satellite
 from jaxsat.satellites.model import Leaf
 from jaxsat.telemetry import TableSession
 from jaxsat.telemetry.table.motion import motion_for
+from jaxsat.time import SECONDS_PER_DAY
 
 
 def fit(
@@ -42,6 +47,7 @@ def fit(
     profiles: Sequence[str] = (),
     progress: Progress = lambda *_: None,
     sky_ahead: bool = False,
+    causes: bool = True,
 ) -> Fit:
     """Fits attitude and parameters to what the sensors of a satellite measured.
 
@@ -49,7 +55,9 @@ def fit(
     the telemetry. `free` names what is fitted and `holdout` the share of the time that is only predicted, in place of
     those of `settings`; `given` is what of orbit, Earth and Sun shall not be found from session and satellite;
     `profiles` names free parameters whose cost is walked along; with `sky_ahead` what a report shows of the
-    surroundings is computed beside the fit. A fit that does not converge is a result with that status. Raises
+    surroundings is computed beside the fit; with `causes` the usual ones are tried where the data deny
+    it or chi2 is doubtful (half a minute), and what explains a doubt denies it too. A fit that does not converge is a
+    result with that status. Raises
     `InputError` for what cannot be fitted and for such names that are not free, ValueError (pydantic's) for a setting
     that cannot be, and ValueError where JAX works in single precision.
     """
@@ -81,13 +89,27 @@ def fit(
         )
     except InputError as error:
         raise InputError(error.reason, file=error.file or session.paths[0], field=error.field) from None
-    result = summarize(found)
+    result = summarize(found, _background(session, task.orbit_fit))
     profiler(found)
+    if causes:
+        bench = Bench(found, task.around, settings, task.delayed)
+        if result.verdict == WRONG_MODEL:
+            result = dataclasses.replace(result, causes=examine(bench, result, session.elements_epoch, progress))
+        elif doubtful(result):
+            result = reconsidered(bench, result, progress)
     timing = {**result.timing_s, "prepare": result.timing_s["prepare"] + prepared}
     timing["total"] = time.perf_counter() - began
     result = dataclasses.replace(result, timing_s=timing, remarks=(*task.remarks, *result.remarks))
     about = session, satellite, settings, task.around, task.orbit_fit, task.sky
     return Fit(result, found, *about, profiler.profiles, profiler.reasons)
+
+
+def _background(session: TableSession, orbit_fit: OrbitFit | None) -> Background:
+    """What is known beside the readings."""
+    missed = None if orbit_fit is None else orbit_fit.rms_after_m
+    known = session.elements_epoch
+    age = None if known is None else session.epoch.seconds_since(known) / SECONDS_PER_DAY
+    return Background(missed, age)
 
 
 @dataclass(frozen=True)

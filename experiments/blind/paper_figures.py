@@ -91,7 +91,9 @@ def fitted(truth: dict[str, Any], currents_mA: np.ndarray, setting: Setting, way
     # The true angle, which is not quite that of our own time scales.
     angle = float(np.degrees(greenwich_angle(dt.datetime.fromisoformat(cfg["start"]))))
     given = Given(earth=Earth(greenwich_angle_deg=(angle + 180.0) % 360.0 - 180.0))
-    return fitting.fit(satellite, session, free=free, settings=FitSettings(adaptive=adaptive), given=given).result
+    return fitting.fit(
+        satellite, session, free=free, settings=FitSettings(adaptive=adaptive), given=given, causes=False
+    ).result
 
 
 def principal(values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:

@@ -60,7 +60,7 @@ class BlindSession:
 
     def fit(self) -> FitResult:
         """The blind fit."""
-        return fitting.fit(self.satellite, self.session, settings=self.settings).result
+        return fitting.fit(self.satellite, self.session, settings=self.settings, causes=False).result
 
 
 def blind_session(number: int, cache: Path, *, hard: bool) -> BlindSession:

@@ -47,7 +47,9 @@ def main() -> None:
 
     def fit(begin, until, stop, satellite=satellite, free=None):
         holdout = max(0.0, (stop - until) / (stop - begin))
-        return fitting.fit(satellite, session, settings=FitSettings(arc_s=(begin, stop), holdout=holdout, free=free))
+        return fitting.fit(
+            satellite, session, settings=FitSettings(arc_s=(begin, stop), holdout=holdout, free=free), causes=False
+        )
 
     # What an engineer does who knows nothing of a break: all of it, most of it predicted.
     whole = fit(BEGIN, FITTED, end)

@@ -78,7 +78,7 @@ def main() -> None:
             assert isinstance(satellite, Satellite)
             session = jaxsat.read_telemetry(tables, satellite)
             # Errors of an attitude that is estimated on board have long tails.
-            return fitting.fit(satellite, session, settings=FitSettings(likelihood="student", **settings))
+            return fitting.fit(satellite, session, settings=FitSettings(likelihood="student", **settings), causes=False)
 
         lines = (HERE / "data" / "opssat.tle").read_text("ascii").splitlines()
         best, other, ahead = fit(), fit({"orbit.tle": lines[2:4]}), fit(holdout=0.3)

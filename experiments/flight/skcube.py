@@ -157,7 +157,7 @@ def fly(satellite, data: Path, out: Path, each: Pass) -> Flown:
 
     tables = write_tables(data, out / "tables" / each.name, each)
     session = jaxsat.read_telemetry(list(tables), satellite)
-    fit = fitting.fit(satellite, session, settings=FitSettings(max_rate_deg_s=MAX_RATE_DEG_S))
+    fit = fitting.fit(satellite, session, settings=FitSettings(max_rate_deg_s=MAX_RATE_DEG_S), causes=False)
     fit.write(out / each.name)
     cells = fit.result.channels["cells"]
     full_sun = each.in_full_sun(cells.t_s)

@@ -38,7 +38,7 @@ def document_of(table: Path, satellite_file: Path, holdout: float) -> dict[str, 
 
     satellite = read_satellite(satellite_file)
     session = read_tables(table, satellite)
-    result = fit(satellite, session, settings=FitSettings(holdout=holdout)).result
+    result = fit(satellite, session, settings=FitSettings(holdout=holdout), causes=False).result
     return {
         "epoch_utc": session.epoch.iso(3),
         "status": result.status,

@@ -66,6 +66,8 @@ class Look:
 
     residual: np.ndarray
     """[samples channels] (modelled - measured) / sigma."""
+    jacobian: np.ndarray
+    """[samples channels unknowns] of it."""
     promised: np.ndarray
     """[samples channels] 1-sigma of it by noise and covariance, of what was not fitted."""
     readings: Mapping[str, np.ndarray]
@@ -89,6 +91,7 @@ class Look:
         return replace(
             self,
             residual=self.residual[index],
+            jacobian=self.jacobian[index],
             promised=self.promised[index],
             readings={name: array[index] for name, array in self.readings.items()},
             quaternion=self.quaternion[index],
@@ -143,6 +146,7 @@ def look_at(problem: Problem, parameters: FreeParameters, best: Point) -> Look:
     readings = {name: np.asarray(array) for name, array in read(problem, model, q, w).items()}
     return Look(
         residual=residual,
+        jacobian=jacobian,
         promised=np.sqrt(1.0 + np.maximum(spread, 0.0)),
         readings=readings,
         quaternion=q,

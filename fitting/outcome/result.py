@@ -16,6 +16,9 @@ MILLIAMPERES = {"A": 1e3, "mA": 1.0, "uA": 1e-3}
 WILD = 4.0
 """A reading that was not fitted and lies beyond so many times the limit of an outlier is that of no motion near."""
 
+DENIED_P = 1e-9
+"""Probability below which chance is no explanation."""
+
 
 @dataclass(frozen=True)
 class FittedParameter:
@@ -48,6 +51,32 @@ class Holdout:
     def sigma_ratio(self) -> float:
         """Found over promised: beyond 2 the model is wrong where it was not fitted."""
         return self.rms / self.promised_rms
+
+
+@dataclass(frozen=True)
+class Wish:
+    """How a witness would move the unknowns of a fit: see `fitting.outcome.witness`."""
+
+    directions: int
+    """Combinations of unknowns that it sees."""
+    strength: float
+    """Chi-square of the move by what covariance and noise allow."""
+    p: float
+    """Probability of as much or more where the fit is right."""
+    explained: float
+    """Share of the squares of its residuals that the move explains."""
+    believed: bool
+    """Whether that is enough, or the fit's own chi2 is doubtful too."""
+
+    @property
+    def sigmas(self) -> float:
+        """RMS of the move over what is allowed."""
+        return (self.strength / self.directions) ** 0.5
+
+    @property
+    def denies(self) -> bool:
+        """Whether no right fit is moved so far."""
+        return self.believed and self.p < DENIED_P
 
 
 @dataclass(frozen=True)
@@ -110,6 +139,8 @@ class ChannelFit:
     """Those left out because the computed shadow contradicts them."""
     witness: bool = False
     """Not fitted, but asked whether it agrees: all its readings count as held out."""
+    wish: Wish | None = None
+    """Of a witness: where it would move the fit."""
     direct: np.ndarray | None = None
     """[time readings] of solar panels: the part of direct sunlight in `modelled`."""
     weight: np.ndarray | None = None
@@ -125,6 +156,23 @@ def misfit_share(left_out: np.ndarray, measured: np.ndarray, modelled: np.ndarra
     whole = measured.sum(axis=1) > modelled.sum(axis=1) - 3.0 * sigma
     bright = measured.max(axis=1) > 3.0 * sigma
     return float((left_out & whole).sum() / max(int(bright.sum()), 1))
+
+
+@dataclass(frozen=True)
+class Cause:
+    """Something that may be wrong with data or satellite file: what it would explain."""
+
+    kind: str
+    cause: str
+    meaning: str
+    chi2_before: float
+    chi2_after: float
+    added: int
+    """Numbers that were found with it."""
+    explains: bool
+    """Whether little more than noise is left."""
+    option: str = ""
+    """How a fit would be told so; empty where there is no such option."""
 
 
 @dataclass(frozen=True)
@@ -160,8 +208,6 @@ class FitResult:
     """Other motions or conventions: `chi2_above_best`, `attitude_distance_deg`, `axes`."""
     limited: np.ndarray | None = None
     """[time] bool: every sensor of light with a reading there was left out as current-limited or otherwise outlying."""
-    unseen: tuple[Direction, ...] = ()
-    """Combinations of which the data say nothing, or less than the priors."""
     gauge: str | None = None
     """What no channel tells and what holds it in its place: a definition, or the priors."""
     unseen: tuple[Direction, ...] = ()
@@ -170,6 +216,8 @@ class FitResult:
     field_angle_deg: np.ndarray | None = None
     """[time] between body x and the magnetic field."""
     field_angle_sigma_deg: np.ndarray | None = None
+    causes: tuple[Cause, ...] = ()
+    """What would explain the data that the fit does not, the best first; looked for where it is denied."""
 
     @property
     def residual_rms_mA(self) -> float | None:

@@ -5,19 +5,30 @@ from concurrent.futures import ThreadPoolExecutor
 import jax
 import numpy as np
 from scipy.spatial.transform import Rotation
+from scipy.special import chdtrc
 
 from fitting.identify import Identified, Minimum
 from fitting.measurements.contradicted import contradicted
 from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.groups import columns_of, of_groups
 from fitting.outcome.alternatives import DIFFERENT_ATTITUDE_DEG, other_minimum
+from fitting.outcome.believable import factor_remark, sigma_factor, with_factor
 from fitting.outcome.breaks import find_breaks, stamp_delay
 from fitting.outcome.looking import Look, direct_readings, look_at
 from fitting.outcome.possible import no_body, without_light
-from fitting.outcome.result import WILD, ChannelFit, FitResult, FittedParameter, Holdout, misfit_share
+from fitting.outcome.result import WILD, ChannelFit, FitResult, FittedParameter, Holdout, Wish, misfit_share
 from fitting.outcome.series import PanelResiduals, panel_residuals, slots
 from fitting.outcome.uncertainty import correlations, field_angle_sigma, promised_saving
-from fitting.outcome.verdict import FAR_OFF, HELD_BY_PRIOR, WITHOUT_LIGHT, Evidence, judge
+from fitting.outcome.verdict import (
+    FAR_OFF,
+    HELD_BY_PRIOR,
+    STALLED_DECREMENT,
+    WITHOUT_LIGHT,
+    Background,
+    Evidence,
+    judge,
+)
+from fitting.outcome.witness import wish_of
 from fitting.outcome.worth import worth
 from fitting.parameters.free import FreeParameters
 from fitting.parameters.invisible import relative_to
@@ -36,8 +47,8 @@ FAR_SIGMAS = 3.0
 """Of the satellite file, beyond which a value is called far off."""
 
 
-def summarize(found: Identified) -> FitResult:
-    """The best minimum as a result."""
+def summarize(found: Identified, background: Background | None = None) -> FitResult:
+    """The best minimum as a result; `background` is what is known beside the readings."""
     best, parameters, samples = found.minima[0], found.parameters, found.samples
     point = jax.tree.map(lambda leaf: np.asarray(leaf)[0], best.refined.points)
     # XLA works on it beside the rest, which is Python's.
@@ -58,7 +69,8 @@ def summarize(found: Identified) -> FitResult:
     table, notes, full = _parameters(parameters, seen, share)
     information = np.asarray(point.hessian)
     unseen = unseen_directions(parameters, information, free, seen.values, seen.values_jacobian, seen.model)
-    channels = _channels(found, best, seen, point, counted, informative)
+    chi2_p = float(chdtrc(dof, chi2)) if dof > 0 else 1.0
+    channels = _channels(found, best, seen, point, counted, informative, chi2_p)
     alternatives = tuple(_alternatives(found, seen))
     sigma_deg = np.degrees(np.sqrt(np.einsum("sii->si", seen.rotation_covariance)))[:n]
     evidence = Evidence(
@@ -74,8 +86,11 @@ def summarize(found: Identified) -> FitResult:
         notes=notes,
         held_out=not fitted.all(),
         no_body=no_body(parameters, seen),
+        chi2_p=chi2_p,
+        background=background or Background(),
     )
     status, verdict, message, remarks = judge(evidence)
+    factor = sigma_factor(verdict, channels, at_minimum=evidence.promise <= STALLED_DECREMENT)
     light = best.problem.sky.light
     turned = Rotation.from_quat(seen.quaternion[:n], scalar_first=True)
     field = turned.inv().apply(np.array(best.problem.sky.b_field_eci)[:n])
@@ -83,16 +98,16 @@ def summarize(found: Identified) -> FitResult:
         status=status,
         message=message,
         verdict=verdict,
-        remarks=remarks,
+        remarks=(*remarks, *factor_remark(factor)),
         chi2=chi2,
         dof=dof,
-        parameters=table,
+        parameters=with_factor(table, factor),
         buys=buys.result(),
         correlations=full,
         t_s=samples.t,
         quaternion_inertial_from_body=seen.quaternion[:n],
         angular_velocity_rad_s=seen.angular_velocity[:n],
-        attitude_sigma_deg=sigma_deg,
+        attitude_sigma_deg=factor * sigma_deg,
         illumination=None if light is None else np.asarray(light.illumination)[:n],
         fitted=fitted,
         channels=channels,
@@ -103,7 +118,7 @@ def summarize(found: Identified) -> FitResult:
         gauge=gauge_text(unseen) or parameters.gauge_text,
         unseen=unseen,
         field_angle_deg=np.degrees(np.arctan2(np.linalg.norm(field[:, 1:], axis=1), field[:, 0])),
-        field_angle_sigma_deg=np.degrees(field_angle_sigma(field, seen.rotation_covariance[:n])),
+        field_angle_sigma_deg=factor * np.degrees(field_angle_sigma(field, seen.rotation_covariance[:n])),
     )
 
 
@@ -157,7 +172,7 @@ def _parameters(
     return tuple(table), notes, correlations(names, full, free)
 
 
-def _channels(found, best, seen, point, counted, informative) -> dict[str, ChannelFit]:
+def _channels(found, best, seen, point, counted, informative, chi2_p) -> dict[str, ChannelFit]:
     samples = found.samples
     limited, weight = best.refined.limited[0], np.asarray(point.weight)
     result = {}
@@ -225,10 +240,32 @@ def _channels(found, best, seen, point, counted, informative) -> dict[str, Chann
             bright=int(bright[own, number][fitted].sum()) if sensor.sees == "sun" else 0,
             contradicted=int(denied[own, number][fitted].sum()),
             witness=channel.witness,
+            wish=_wish(best.problem, seen, channel, own, columns, used, chi2_p) if channel.witness else None,
             direct=direct[group.name][own] * channel.to_unit if group.name in direct else None,
             weight=np.where(fitted[:, None], (informative * weight[: len(informative)])[own][:, columns], 0.0),
         )
     return result
+
+
+def _wish(problem, seen, channel, own, columns, used, chi2_p) -> Wish | None:
+    """How a witness would move the fit; what its calibration may be wrong by is linear in what it looks at."""
+    known = np.asarray(problem.known)[own][:, columns] & used[:, None]
+    finite = np.isfinite(np.diagonal(seen.covariance))
+    looked_at = seen.readings[channel.name][own] / channel.sigma
+    if seen.model.sensors[channel.name].sees == "field":
+        turned = Rotation.from_quat(seen.quaternion[own], scalar_first=True).inv()
+        looked_at = turned.apply(np.array(problem.sky.b_field_eci)[own]) / channel.sigma
+    terms = np.column_stack([np.ones(len(own)), looked_at])
+    width = known.shape[1]
+    calibration = np.einsum("nt,ck->nctk", terms, np.eye(width)).reshape(len(own), width, -1)
+    return wish_of(
+        -seen.residual[own][:, columns][known],
+        seen.jacobian[own][:, columns][..., finite][known],
+        seen.covariance[np.ix_(finite, finite)],
+        calibration[known],
+        noise=(channel.quantum or 0.0) / np.sqrt(12.0) / channel.sigma,
+        chi2_p=chi2_p,
+    )
 
 
 def _memory(t: np.ndarray, residual: np.ndarray, mask: np.ndarray) -> tuple[PanelResiduals, ...]:

@@ -17,24 +17,26 @@ from fitting.outcome.result import (
     WRONG_MODEL,
     Break,
     ChannelFit,
-    Holdout,
 )
+from fitting.outcome.witness import MOST_LEFT_OUT, TOO_FAR, Witness
 
 STALLED_DECREMENT = 0.1
 """Cost that an undamped step may promise at a minimum."""
 MAX_CHI2_PER_READING = 4.0
 """Beyond this, of all readings or of those of one channel, the model does not explain the data."""
 REMARKABLE_CHI2_PER_READING = 1.5
+UNTESTED_CHI2, UNTESTED_P = 2.25, 1e-5
+"""Where nothing was held out, chi2 per degree of freedom beyond the one with a probability below the other denies."""
+ORBIT_OFF_KM, ORBIT_ODD_KM = 100.0, 30.0
+"""Positions that miss one orbit by so much are none of it, or are remarked on: what Kepler's leaves out is less."""
+OLD_DAYS = 60.0
+"""Age of a table's own element set that is remarked on."""
 WITHIN = 20.0
 """Rise of chi2 (twice the cost) within which other axes or motions explain the data as well, at the stated noise."""
 UNKNOWN_DEG = 30.0
 """1-sigma of an attitude that nothing tells."""
-MOST_LEFT_OUT = 0.25
-"""Share of a channel's readings that may be left out."""
 MOST_MISFITS = 0.05
 """Share of the bright samples of panels that may be left out without being dimmer than modelled."""
-TOO_FAR = 2.0
-"""Held-out error over the promised one beyond which a fit does not predict."""
 MOST_CONTRADICTED = 0.2
 """Share of the bright samples of a sensor of light that the computed shadow may contradict."""
 HELD_BY_PRIOR, FAR_OFF = "held by its prior", "far off its prior"
@@ -44,6 +46,16 @@ ALIKE = 1e-4
 """Probability of white noise below which neighbouring residuals are said to agree."""
 LATE_SIGMAS = 5.0
 """Of a delay that residuals show, beyond which it is told."""
+
+
+@dataclass(frozen=True)
+class Background:
+    """What is known beside the readings."""
+
+    orbit_rms_m: float | None = None
+    """By which the positions of the table miss their orbit, RMS of a coordinate."""
+    elements_age_days: float | None = None
+    """Of the first row after the epoch of the element set that the table itself has."""
 
 
 @dataclass(frozen=True)
@@ -64,46 +76,9 @@ class Evidence:
     held_out: bool
     no_body: bool = False
     """Whether the inertia tensor is that of no body."""
-
-
-@dataclass(frozen=True)
-class Witness:
-    """A sensor that was not fitted, asked whether it agrees with the motion."""
-
-    name: str
-    unit: str
-    samples: int
-    holdout: Holdout | None
-    """Of all its readings; None where all are outliers."""
-
-    @staticmethod
-    def of(channel: ChannelFit) -> "Witness | None":
-        """The channel as a witness; None where it is none, or has no reading."""
-        if not channel.witness or not len(channel.used):
-            return None
-        return Witness(channel.name, channel.unit, len(channel.used), channel.holdout)
-
-    @property
-    def outliers(self) -> int:
-        """Samples that no motion near this one makes."""
-        return self.samples if self.holdout is None else self.holdout.outliers
-
-    @property
-    def denies(self) -> bool:
-        """Whether it contradicts the motion: beyond what the fit promises, or with too many outliers."""
-        far = self.holdout is None or self.holdout.sigma_ratio > TOO_FAR
-        return far or self.outliers > MOST_LEFT_OUT * self.samples
-
-    @property
-    def text(self) -> str:
-        """What it says of the motion."""
-        found, held = f"the witness {self.name} {'denies' if self.denies else 'confirms'} the motion", self.holdout
-        if held is not None:
-            found += (
-                f": its readings are {held.rms:.2g} {self.unit} (RMS) off, {held.sigma_ratio:.1f} times what the fit "
-                "and its noise promise"
-            )
-        return found + (f"; {self.outliers} of {self.samples} are far off" if self.outliers else "")
+    chi2_p: float = 1.0
+    """Probability that noise of the stated size gives this chi2 or more."""
+    background: Background = Background()
 
 
 def judge(evidence: Evidence) -> tuple[str, str, str, tuple[str, ...]]:
@@ -115,7 +90,7 @@ def judge(evidence: Evidence) -> tuple[str, str, str, tuple[str, ...]]:
     if not (np.isfinite(evidence.cost) and evidence.promise <= STALLED_DECREMENT):
         reason = f"the solver stopped short of the minimum (a step would still save {evidence.promise:.2g})"
         return NOT_CONVERGED, UNDETERMINED, reason, remarks
-    denied = [witness.text for witness in _witnesses(evidence) if witness.denies]
+    denied = [*_doubts(evidence), *(witness.text for witness in _witnesses(evidence) if witness.denies)]
     if denied:
         reason = "; ".join(denied)
         return NOT_CONVERGED, WRONG_MODEL, reason, remarks
@@ -151,6 +126,12 @@ def judge(evidence: Evidence) -> tuple[str, str, str, tuple[str, ...]]:
 
 def _wrong(evidence: Evidence) -> str | None:
     """Why the model is not that of the data; None where it may be."""
+    missed = evidence.background.orbit_rms_m
+    if missed is not None and missed > 1e3 * ORBIT_OFF_KM:
+        return (
+            f"the orbit denies the positions: they miss it by {1e-3 * missed:.0f} km (RMS of a coordinate), as "
+            "positions in axes that turn with the Earth, in another unit or at other times do"
+        )
     for name, channel in evidence.channels.items():
         if channel.contradicted > MOST_CONTRADICTED * channel.bright:
             return (
@@ -178,12 +159,35 @@ def _wrong(evidence: Evidence) -> str | None:
     return None
 
 
+def _doubts(evidence: Evidence) -> list[str]:
+    """What the size of chi2 says against a fit of which nothing was held out."""
+    ratio, p = evidence.ratio, evidence.chi2_p
+    if evidence.held_out or ratio <= UNTESTED_CHI2 or p >= UNTESTED_P:
+        return []
+    return [
+        f"chi2 denies the fit: {ratio:.1f} per degree of freedom (p = {p:.1g} at the stated noise); free more, or "
+        "state the noise that the data deserve"
+    ]
+
+
+def _background(evidence: Evidence):
+    missed, age = evidence.background.orbit_rms_m, evidence.background.elements_age_days
+    if missed is not None and 1e3 * ORBIT_ODD_KM < missed <= 1e3 * ORBIT_OFF_KM:
+        yield f"positions miss their orbit by {1e-3 * missed:.0f} km (RMS of a coordinate)"
+    if age is not None and abs(age) > OLD_DAYS:
+        yield (
+            f"the first row is {abs(age):.0f} days {'after' if age > 0 else 'before'} the epoch of the table's own "
+            "element set: look at the date"
+        )
+
+
 def _witnesses(evidence: Evidence) -> list[Witness]:
     found = map(Witness.of, evidence.channels.values())
     return [witness for witness in found if witness is not None]
 
 
 def _remarks(evidence: Evidence):
+    yield from _background(evidence)
     yield from (witness.text for witness in _witnesses(evidence) if not witness.denies)
     for name, channel in evidence.channels.items():
         count = int((~channel.used & channel.fitted).sum()) - channel.contradicted

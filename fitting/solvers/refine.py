@@ -80,11 +80,13 @@ def refine(
     likelihood: str,
     progress: Progress,
     solver: str = Stage.solver,
+    patience: int = MORE_ROUNDS,
 ) -> Refined:
     """Refines the best survivors on the problem's own grid, and ranks the minima by one truncated cost.
 
     `weight` [samples channels] is that of the measurements; `likelihood`, one of `LIKELIHOODS`, is that of the
-    currents: a sample whose currents are left out keeps its limb angles; `solver` is one of `chunk.EVALUATIONS`.
+    currents: a sample whose currents are left out keeps its limb angles; `solver` is one of `chunk.EVALUATIONS`;
+    `patience` the rounds more, at most, for what is not at its minimum.
     """
     chosen = survivors.take(candidates(survivors.cost))
     count = len(chosen.cost)
@@ -100,7 +102,7 @@ def refine(
 
     def settle(points: Point, number: int, stage: Stage, weight: np.ndarray) -> Point:
         # The other solvers, which are there to compare, take ten times as long.
-        for _ in range(MORE_ROUNDS if solver == Stage.solver else 1):
+        for _ in range(patience if solver == Stage.solver else 1):
             left, promised = _unsettled(points, parameters)
             if len(left) == 0:
                 break

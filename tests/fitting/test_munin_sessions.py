@@ -40,7 +40,7 @@ class Case:
 
     def fit(self, session: TableSession | None = None, **how):
         how = {"settings": self.settings, **how}
-        return fitting.fit(self.satellite, session or self.session, **how).result
+        return fitting.fit(self.satellite, session or self.session, causes=False, **how).result
 
     def at(self, result, name: str) -> np.ndarray:
         """True values at the samples of a result."""

@@ -21,7 +21,7 @@ ANGLES = ("magnet.modulus", "magnet.azimuth", "magnet.elevation")
 def fit(*free: str, session=None, **settings):
     satellite = read_satellite()
     session = session or read_telemetry(BUNDLED, satellite)
-    return fitting.fit(satellite, session, settings=FitSettings(free=free, **settings)).result
+    return fitting.fit(satellite, session, settings=FitSettings(free=free, **settings), causes=False).result
 
 
 @pytest.fixture(scope="module")

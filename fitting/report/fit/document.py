@@ -1,11 +1,12 @@
 """The file fit.json of a fit of any satellite (schema `jaxsat.fit/1`)."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from fitting.outcome.diagnostics import diagnose
 from fitting.outcome.result import ChannelFit, FitResult, Holdout
-from fitting.outcome.verdict import Witness
+from fitting.outcome.witness import Witness
 from jaxsat.files.json_files import plain
 from jaxsat.telemetry import RejectedRow
 from jaxsat.time import Epoch
@@ -62,6 +63,7 @@ def fit_document(
         "correlations": {name: dict(row) for name, row in result.correlations.items()},
         "axes": {name: list(axes) for name, axes in result.axes.items()},
         "alternatives": list(result.alternatives),
+        "causes": [asdict(cause) for cause in result.causes],
         "delays": delays(result),
         "breaks": [break_document(name, c) for name, c in result.channels.items() if c.breaks],
         "channels": {name: channel_document(c) for name, c in result.channels.items()},
@@ -100,7 +102,8 @@ def witness_document(witness: Witness) -> dict[str, Any]:
     """Whether a sensor that was not fitted confirms the motion, and by which numbers."""
     held = witness.holdout
     numbers = {"outliers": witness.outliers} if held is None else holdout_document(held, witness.unit)
-    return {"confirms": not witness.denies, "says": witness.text, **numbers}
+    wish = None if witness.wish is None else asdict(witness.wish)
+    return {"confirms": not witness.denies, "says": witness.text, **numbers, "wish": wish}
 
 
 def break_document(name: str, channel: ChannelFit) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from fitting.report.fit.result_rows import (
     VERDICTS,
     alternative_rows,
     buys_text,
+    cause_rows,
     channel_rows,
     diagnostic_note,
     diagnostic_rows,
@@ -66,6 +67,7 @@ def fit_page(
         sections=[
             Remarks("What to know", result.remarks),
             Remarks("Warnings", provenance["warnings"]),
+            Table("What would explain the data", CAUSE_COLUMNS, cause_rows(result), (1, 2), note=CAUSE_NOTE),
             Table("Channels", CHANNEL_COLUMNS, channel_rows(result), CHANNEL_NUMBERS, note=CHANNEL_NOTE),
             *_live(result, pictures),
             Facts("Fit", fit_facts(result)),
@@ -87,6 +89,11 @@ def fit_page(
     )
 
 
+CAUSE_COLUMNS = ("cause", "chi2 before", "after", "it would mean", "option")
+CAUSE_NOTE = (
+    "Tried by short refits of the data so changed, since the fit is denied; none of them is taken. Chi2 has in it the "
+    "priors, what witnesses are off, and large residuals up to the limit of an outlier."
+)
 CHANNEL_NOTE = (
     "RMS of measured less modelled where it was fitted; where a part was held out, the same there beside what noise "
     "and covariance of the fit promise for it: a ratio beyond 2 says that the model is wrong where it was not fitted. "

@@ -178,6 +178,20 @@ def alternative_rows(result: FitResult) -> list[tuple[str, str, str, str]]:
     return rows
 
 
+def cause_rows(result: FitResult) -> list[tuple[str, str, str, str, str]]:
+    """Returns (cause, chi2 before, after, what it would mean, option) of what would explain the data better."""
+    return [
+        (
+            cause.cause if cause.explains else f"{cause.cause} (in part)",
+            value_text(cause.chi2_before, 3),
+            value_text(cause.chi2_after, 3),
+            cause.meaning,
+            cause.option,
+        )
+        for cause in result.causes
+    ]
+
+
 def rejected_rows(rejections: Iterable[RejectedRow]) -> list[tuple[str, str, str, str, str]]:
     """Returns (reason, count, columns, rows of the file, first example) for each reason, most frequent first."""
     by_reason: dict[str, list[RejectedRow]] = {}

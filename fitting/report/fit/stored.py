@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.outcome.result import Break, ChannelFit, FitResult, FittedParameter, Holdout
+from fitting.outcome.result import Break, Cause, ChannelFit, FitResult, FittedParameter, Holdout, Wish
 from fitting.outcome.series import PanelResiduals
 from fitting.parameters.null_space import Direction
 from fitting.report.fit.owned import file_stems
@@ -45,6 +45,7 @@ def stored_result(directory: Path, fit: dict, provenance: dict, columns: Columns
         channels={name: _channel(name, fit, table) for name, table in tables.items()},
         axes=fit["axes"],
         alternatives=tuple(fit["alternatives"]),
+        causes=tuple(Cause(**each) for each in fit.get("causes", ())),
         timing_s=fit["timing_s"],
         field_angle_deg=_known(attitude["field_angle_deg"]),
         field_angle_sigma_deg=_known(attitude["field_angle_sigma_deg"]),
@@ -57,8 +58,8 @@ def stored_result(directory: Path, fit: dict, provenance: dict, columns: Columns
 def _channel(name: str, fit: dict, table: dict[str, np.ndarray]) -> ChannelFit:
     known, delay = fit["channels"][name], fit["delays"].get(name, {"from": "fit"})
     witness = known["role"] == "witness"
-    held = (fit["witness" if witness else "holdout"] or {}).get(name)
-    held = held if held and "rms" in held else None
+    told = (fit["witness" if witness else "holdout"] or {}).get(name) or {}
+    numbers = ("count", "outliers", "rms", "promised_rms", "angle_deg")
     breaks = [b for each in fit["breaks"] if each["channel"] == name for b in each["breaks"]]
     shown = delay["from"] == "residuals"
     parts = {part: [v for key, v in table.items() if key.startswith(f"{part}_")] for part in ARRAYS + FURTHER}
@@ -79,12 +80,13 @@ def _channel(name: str, fit: dict, table: dict[str, np.ndarray]) -> ChannelFit:
         rms=fit["residual_rms"][name]["value"],
         chi2_per_reading=known["chi2_per_reading"],
         angle_deg=known["angle_deg"],
-        holdout=held and Holdout(*(held[key] for key in ("count", "outliers", "rms", "promised_rms", "angle_deg"))),
+        holdout=Holdout(*(told[key] for key in numbers)) if "rms" in told else None,
         delay_s=delay["value"] if shown else None,
         delay_sigma_s=delay["sigma"] if shown else None,
         breaks=tuple(Break(**{**each, "left": tuple(each["left"])}) for each in breaks),
         residuals=tuple(PanelResiduals(**each) for each in diagnostics["columns"].values()),
         witness=witness,
+        wish=Wish(**told["wish"]) if told.get("wish") else None,
     )
 
 

@@ -90,6 +90,9 @@ def fit(
     ] = None,
     out: Annotated[Path, Parameter(help="Directory for the results.")] = default_folder("fit"),
     plots: Annotated[bool, Parameter(help="Draw pictures.")] = True,
+    causes: Annotated[
+        bool, Parameter(help="Where the data deny the fit, try the usual causes by short refits (half a minute).")
+    ] = True,
 ) -> int:
     """Fit attitude, and any of the satellite's parameters, to what its sensors measured.
 
@@ -143,7 +146,7 @@ def fit(
         print(f"jaxsat: no file given: fitting the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
         files = [BUNDLED]
     clock = Clock(began, time.perf_counter() - began)
-    asked = {"clock": clock, "plots": plots, "profiles": tuple(profile or ())}
+    asked = {"clock": clock, "plots": plots, "causes": causes, "profiles": tuple(profile or ())}
     # Tables are joined by time, RAW_SUN files are sessions by themselves.
     if satellite is not None or len(files) == 1:
         return fit_one(files, out, read, **asked)().exit_status

@@ -28,6 +28,7 @@ def fit_many(
     clock: Clock,
     plots: bool,
     profiles: Sequence[str] = (),
+    causes: bool = False,
 ) -> int:
     """Fits each file, a session by itself, into out/STEM, writes out/summary.json and returns the worst exit status.
 
@@ -44,7 +45,7 @@ def fit_many(
     with ThreadPoolExecutor(1, thread_name_prefix="write") as writer:
         for number, (path, name) in enumerate(zip(files, directory_names(files), strict=True)):
             own, directory = clock if number == 0 else Clock(time.perf_counter(), 0.0), out / name
-            how = {"clock": own, "plots": plots, "profiles": profiles, "quiet": True}
+            how = {"clock": own, "plots": plots, "profiles": profiles, "causes": causes, "quiet": True}
             failed = partial(_failed, path, directory)
             # A defect that one file brings to light must not cost the others their night's run.
             try:

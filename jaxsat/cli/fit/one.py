@@ -51,12 +51,14 @@ def fit_one(
     clock: Clock,
     plots: bool,
     profiles: Sequence[str] = (),
+    causes: bool = False,
     quiet: bool = False,
 ) -> Callable[[], Outcome]:
     """Fits one session of one file or of several; what it returns writes its directory, whole or not at all.
 
     That prints a summary too, if not `quiet`, and is to be called, once, also where the outcome is of no interest.
-    `profiles` names the parameters that get a profile. Raises `InputError`, as the writing may.
+    `profiles` names the parameters that get a profile; with `causes` the usual ones are tried where a fit is denied.
+    Raises `InputError`, as the writing may.
     """
     from fitting.report.fit.owned import owned_files
     from fitting.run import fit
@@ -73,7 +75,7 @@ def fit_one(
         # Importing matplotlib costs half a second; the solver leaves one core to Python.
         threading.Thread(target=importlib.import_module, args=("fitting.report.fit.files",), daemon=True).start()
         with StageProgress(session.name) as progress:
-            how = {"given": inputs.given, "profiles": profiles, "progress": progress}
+            how = {"given": inputs.given, "profiles": profiles, "causes": causes, "progress": progress}
             found = fit(inputs.satellite, session, settings=inputs.settings, **how, sky_ahead=True)
             progress("writing results", 0, 0)
         found = found.after(before, total=time.perf_counter() - clock.began)

@@ -13,6 +13,7 @@ from fitting.report.fit.result_rows import (
     CHANNEL_NUMBERS,
     VERDICTS,
     alternative_rows,
+    cause_rows,
     channel_rows,
     fit_facts,
     left_out_text,
@@ -34,7 +35,7 @@ STATUS_STYLES = {
     "failed": "bold red",
 }
 STYLES = {"good": "bold green", "doubtful": "bold yellow", "bad": "bold red"}
-SHOWN_ALTERNATIVES, SHOWN_FIXED, SHOWN_PAIRS = 5, 8, 6
+SHOWN_ALTERNATIVES, SHOWN_FIXED, SHOWN_PAIRS, SHOWN_CAUSES = 5, 8, 6, 4
 
 
 def fit_text(result: "FitResult", name: str, rejections: Iterable["RejectedRow"] = ()) -> RenderableType:
@@ -53,6 +54,7 @@ def fit_text(result: "FitResult", name: str, rejections: Iterable["RejectedRow"]
     parts.append(channels)
     parts += _parameters(result)
     parts += _alternatives(result)
+    parts += _causes(result)
     facts = Table.grid(padding=(0, 2))
     for what, text in [*fit_facts(result), *_left_out(rejections)]:
         facts.add_row(Text(what, style="dim"), text)
@@ -106,6 +108,18 @@ def _alternatives(result: "FitResult") -> Iterable[RenderableType]:
         yield table
         if len(rows) > SHOWN_ALTERNATIVES:
             yield Text(f"and {len(rows) - SHOWN_ALTERNATIVES} more in fit.json\n", style="dim")
+
+
+def _causes(result: "FitResult") -> Iterable[RenderableType]:
+    rows = cause_rows(result)
+    if rows:
+        table = plain_table("what would explain the data", "chi2 before", "after", "it would mean", right=(1, 2))
+        for cause, before, after, meaning, _ in rows[:SHOWN_CAUSES]:
+            table.add_row(cause, before, after, meaning)
+        yield table
+        option = rows[0][-1]
+        if option and result.causes[0].explains:
+            yield Text(f"to fit it so: {option}\n", style="bold")
 
 
 def _left_out(rejections: Iterable["RejectedRow"]) -> list[tuple[str, str]]:

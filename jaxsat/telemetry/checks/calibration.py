@@ -64,8 +64,9 @@ def check_calibration(satellite: Satellite, channel: Channel, around: Around) ->
     if far:
         text += f"; {', '.join(far)} {'is' if len(far) == 1 else 'are'} further off than the file allows"
     told = [finding(channel.name, text, odd=bool(far), numbers=numbers)]
-    if before > _BETTER * after:
-        told.append(finding(channel.name, f"for [sensors.{channel.name}]: {_lines(found, to_unit)}"))
+    if before > _BETTER * after and channel.name not in satellite.conventions:
+        text = f"for [sensors.{channel.name}]: {_keys(found, to_unit)}, its axes as they stand there"
+        told.append(finding(channel.name, text))
     return told
 
 
@@ -92,7 +93,7 @@ def _row(numbers, sigmas, name: str, to_unit: float) -> str:
     return ", ".join(f"{value} ± {sigma}" for value, sigma in shown)
 
 
-def _lines(found: MagnetometerCalibration, to_unit: float) -> str:
+def _keys(found: MagnetometerCalibration, to_unit: float) -> str:
     parts = {"bias": to_unit * found.bias, "scale": found.scale, "shear": found.shear}
     told = {name: numbers for name, numbers in parts.items() if name == "bias" or found.sigmas["scale.x"]}
-    return ", ".join(f"{name} = [{', '.join(f'{number:.4g}' for number in row)}]" for name, row in told.items())
+    return " and ".join(f"{name} = [{', '.join(f'{number:.4g}' for number in row)}]" for name, row in told.items())

@@ -71,7 +71,8 @@ def _field(sensor: Magnetometer, channel: Channel, around: Around) -> list[Findi
     read = vectors_of(values, sensor.axes)
     if read is None or len(read) < 3:
         return []
-    size, model = np.linalg.norm(as_the_file_has_it(sensor, read), axis=1), np.linalg.norm(around.field_at(t), axis=1)
+    vectors = as_the_file_has_it(sensor, read)
+    size, model = np.linalg.norm(vectors, axis=1), np.linalg.norm(around.field_at(t), axis=1)
     ratio = size / model
     middle = float(np.median(ratio))
     spread = 1.4826 * float(np.median(np.abs(ratio - middle)))
@@ -90,17 +91,22 @@ def _field(sensor: Magnetometer, channel: Channel, around: Around) -> list[Findi
     if off.any():
         text = f"{count_text(int(off.sum()), 'reading')} far from the field, wrong bytes perhaps: {times_text(t[off])}"
         found.append(finding(channel.name, text, odd=True, numbers={"far_from_field": float(off.sum())}))
-    return found + _shift(channel, t[~off], size[~off], around)
+    return found + _shift(channel, t[~off], vectors[~off], around)
 
 
-def _shift(channel: Channel, t: np.ndarray, size: np.ndarray, around: Around) -> list[Finding]:
-    """Whether |B| fits better with the clock moved: that of stamps, or of the orbit along its track."""
+def _shift(channel: Channel, t: np.ndarray, vectors: np.ndarray, around: Around) -> list[Finding]:
+    """Whether |B| fits better with the clock moved: that of stamps, or of the orbit along its track.
+
+    A bias, which changes |B| in proportion to its component along the reading, must not pass for that.
+    """
+    size = np.linalg.norm(vectors, axis=1)
+    own = np.column_stack([np.ones(t.size), vectors / np.maximum(size, 1e-300)[:, None]])
     shifts = _SHIFTS_S[(t[0] + _SHIFTS_S >= around.t_s[0]) & (t[-1] + _SHIFTS_S <= around.t_s[-1])] if t.size else []
     if t.size < 20 or t[-1] - t[0] < _LEAST_SPAN_S or len(shifts) < 3:
         return []
     cost = []
     for shift in shifts:
-        columns = np.stack([np.linalg.norm(around.field_at(t + shift), axis=1), np.ones(t.size)], axis=1)
+        columns = np.column_stack([np.linalg.norm(around.field_at(t + shift), axis=1), own])
         left = size - columns @ np.linalg.lstsq(columns, size, rcond=None)[0]
         # The median: single wrong readings have no say.
         cost.append(float(np.median(left**2)))

@@ -9,7 +9,7 @@ from sgp4.api import WGS72, Satrec
 from sgp4.exporter import export_tle
 
 from jaxsat.errors import InputError
-from jaxsat.time import Epoch
+from jaxsat.time import SECONDS_PER_DAY, Epoch
 
 LENGTH = 69
 
@@ -124,3 +124,13 @@ def international_designator(line: str) -> str:
         return ""
     year = int(match[1])
     return f"{year + (1900 if year >= 57 else 2000)}-{match[2]}{match[3]}"
+
+
+def line_epoch(line: str) -> Epoch | None:
+    """Returns the epoch in the first line; None where it names no day that there is."""
+    try:
+        year, day = int(line[18:20]), float(line[20:32])
+        start = Epoch.from_iso(f"{year + (1900 if year >= 57 else 2000)}-{int(day):03d}T00:00:00")
+    except ValueError:
+        return None
+    return start.shifted((day - int(day)) * SECONDS_PER_DAY)

@@ -10,7 +10,7 @@ from jaxsat.panel_names import PANEL_NAMES
 from jaxsat.satellites.satellite import Satellite
 from jaxsat.satellites.sections.session import ChannelSettings
 from jaxsat.sensors import Panels
-from jaxsat.telemetry.elements.tle_lines import international_designator
+from jaxsat.telemetry.elements.tle_lines import international_designator, line_epoch
 from jaxsat.telemetry.raw_sun.cleaning import Session
 from jaxsat.telemetry.table.session import Channel, RejectedRow, TableSession
 
@@ -46,6 +46,7 @@ def table_of(session: Session, satellite: Satellite) -> TableSession:
         rows=session.raw_t_s.size,
         object_name=session.raw.satellite,
         object_id=international_designator(session.raw.tle[0]),
+        elements_epoch=line_epoch(session.raw.tle[0]),
     )
 
 

@@ -105,6 +105,8 @@ class TableSession:
     """What the file itself calls the satellite."""
     object_id: str | None = None
     """Its international designator, where the file tells it."""
+    elements_epoch: Epoch | None = None
+    """Of the element set that stands in the file itself."""
 
     @property
     def name(self) -> str:

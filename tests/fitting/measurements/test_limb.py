@@ -82,7 +82,7 @@ class Limited:
             t, values = channels["cells"].t_s[there], np.degrees(limb[there])
             channels[LIMB] = Channel.of(LIMB, satellite.channels[LIMB], t, values)
         session = dataclasses.replace(self.session, channels=channels)
-        return fitting.fit(satellite, session, free="state", settings=FitSettings(starts=64)).result
+        return fitting.fit(satellite, session, free="state", settings=FitSettings(starts=64), causes=False).result
 
 
 @pytest.fixture(scope="module")

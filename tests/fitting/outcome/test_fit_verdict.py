@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitting.outcome.result import Break, ChannelFit, Holdout
-from fitting.outcome.verdict import Evidence, judge
+from fitting.outcome.verdict import Background, Evidence, judge
 
 N = 40
 
@@ -87,6 +87,24 @@ def test_what_fits_and_does_not_predict_is_not_converged(mag, words):
 def test_what_the_residuals_deny_is_not_this_model(mag, changed, words):
     status, word, message, _ = verdict(mag, **changed)
     assert (status, word) == ("not_converged", "not this model") and words in message
+
+
+def test_a_large_chi2_denies_where_nothing_was_held_out():
+    all_fitted = channel(fitted=np.ones(N, bool), holdout=None)
+    status, word, message, _ = verdict(all_fitted, held_out=False, ratio=3.1, chi2_p=3e-6)
+    assert (status, word) == ("not_converged", "not this model") and message.startswith("chi2 denies the fit: 3.1 per")
+    assert verdict(all_fitted, held_out=False, ratio=3.1, chi2_p=1e-3)[0] == "converged"
+    assert verdict(ratio=3.1, chi2_p=3e-6)[0] == "converged"
+
+
+def test_positions_of_no_orbit_deny_and_an_old_element_set_is_told():
+    status, word, message, _ = verdict(background=Background(369e3, None))
+    assert (status, word) == ("not_converged", "not this model") and "they miss it by 369 km" in message
+    found = verdict(background=Background(40e3, -8730.2))
+    assert found[0] == "converged"
+    assert found[3][0] == "positions miss their orbit by 40 km (RMS of a coordinate)"
+    assert found[3][1].startswith("the first row is 8730 days before the epoch of the table's own element set")
+    assert verdict(background=Background(12e3, 37.0))[3] == ()
 
 
 def test_what_nothing_tells():

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from made_up_fit import EPOCH, channel, make_fit_result
 
+from fitting.outcome.result import Cause
 from fitting.report.fit.document import fit_document
 
 
@@ -15,6 +16,17 @@ def document(fit_result, table_session):
     found, nulls = fit_document(fit_result, telemetry="pass.csv", epoch=EPOCH, rejections=table_session.rejections)
     assert nulls == []
     return json.loads(json.dumps(found, allow_nan=False))
+
+
+def test_causes_stand_as_they_were_ranked():
+    causes = (
+        Cause("axes", "+X and -X exchanged", "columns are exchanged", 4264.4, 196.6, 1, True, "columns = [...]"),
+        Cause("drift", "the scale drifts", "fit shorter arcs", 4264.4, 3900.0, 1, False),
+    )
+    found, _ = fit_document(make_fit_result(causes=causes), telemetry="pass.csv", epoch=EPOCH)
+    assert [cause["kind"] for cause in found["causes"]] == ["axes", "drift"]
+    assert found["causes"][0]["explains"] and found["causes"][0]["chi2_after"] == 196.6
+    assert tuple(Cause(**each) for each in found["causes"]) == causes
 
 
 def test_keys_are_those_that_other_programs_rely_on(document):

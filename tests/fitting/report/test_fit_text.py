@@ -1,11 +1,12 @@
 """What the terminal says of a fit of any satellite: the verdict first, in a hundred columns."""
 
 import io
+from dataclasses import replace
 
 from made_up_fit import make_fit_result, make_session
 from rich.console import Console
 
-from fitting.outcome.result import AMBIGUOUS_VERDICT, FITS_ONLY, WRONG_MODEL
+from fitting.outcome.result import AMBIGUOUS_VERDICT, FITS_ONLY, WRONG_MODEL, Cause
 from jaxsat.cli.fit.text import fit_text
 
 
@@ -36,6 +37,14 @@ def test_the_colour_is_that_of_the_verdict():
     colours = {FITS_ONLY: "\x1b[1;33m", AMBIGUOUS_VERDICT: "\x1b[1;33m", WRONG_MODEL: "\x1b[1;31m"}
     for verdict, colour in colours.items():
         assert f"{colour}{verdict.capitalize()}." in shown(make_fit_result(verdict=verdict), colours=True)
+
+
+def test_causes_stand_with_the_option_of_one_that_explains_all():
+    one = Cause("axes", "+X and -X exchanged", "columns are exchanged", 4264.4, 196.6, 1, True, "columns = [-X, +X]")
+    text = shown(make_fit_result(verdict=WRONG_MODEL, causes=(one, replace(one, cause="a drift", explains=False))))
+    assert "what would explain the data" in text and "to fit it so: columns = [-X, +X]" in text
+    assert "a drift (in part)" in text and max(map(len, text.splitlines())) <= 100
+    assert "to fit it so" not in shown(make_fit_result(causes=(replace(one, explains=False),)))
 
 
 def test_a_fit_of_the_motion_alone_has_no_table_of_parameters():

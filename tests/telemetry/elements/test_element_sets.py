@@ -8,7 +8,7 @@ import pytest
 
 from jaxsat.errors import InputError
 from jaxsat.telemetry import nearest_element_set, read_element_sets
-from jaxsat.telemetry.elements.tle_lines import checksum
+from jaxsat.telemetry.elements.tle_lines import checksum, line_epoch
 from jaxsat.time import Epoch
 
 # CCSDS 502.0-B gives this set both as two lines and as a message.
@@ -310,3 +310,11 @@ def test_no_file_and_foreign_bytes(tmp_path):
     path.write_bytes(tle().replace("GOES", "GÖES").encode("latin-1"))
     with pytest.raises(InputError, match=r"latin.txt:1: byte 0xd6 is not UTF-8"):
         read_element_sets(path)
+
+
+def test_the_epoch_of_a_first_line_is_that_of_the_message():
+    epoch = line_epoch(FIRST)
+    assert epoch is not None
+    # The line has eight decimals of a day: a millisecond.
+    assert abs(epoch.seconds_since(Epoch.from_iso(FIELDS["EPOCH"]))) < 1e-3
+    assert line_epoch(FIRST.replace("07064.4", "07367.4")) is None

@@ -1,0 +1,237 @@
+"""Where causes are tried: the data of a fit with something about them changed, fitted again by the same programs.
+
+Another order of columns, another free set, a shift of stamps, a scale are data to the compiled programs of the fit, so
+that a trial costs its solving alone.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.doctor.trial import EXPLAINED
+from fitting.identify import Identified
+from fitting.measurements.assembly import Samples, build_problem, usable
+from fitting.measurements.floor import NO_FLOOR
+from fitting.measurements.groups import columns_of
+from fitting.measurements.problem import Problem
+from fitting.measurements.sky import Around
+from fitting.parameters.free import FreeParameters
+from fitting.parameters.names import STATE
+from fitting.settings import FitSettings
+from fitting.solvers.refine import Refined, refine
+from fitting.starts.conventions import Convention
+from fitting.starts.growing import Run, grow
+from fitting.starts.ladder import directed_samples, first_guesses
+from fitting.starts.multi_start import CHUNK, Starts
+from fitting.starts.sights import sights_of
+from jaxsat.errors import InputError
+from jaxsat.integrators import RK4, step_for
+
+PATIENCE = 1
+"""Rounds more of a refit that is not at its minimum: what explains the data gets there soon."""
+WITNESS_LIMIT = 25.0
+"""Square of a witness's residual that counts at most [sigma^2]."""
+TOLERANCE = 4e-2
+"""Integration error of a search [rad]: as while arcs grow."""
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A fit that was denied, with what it was made of."""
+
+    found: Identified
+    around: Around
+    settings: FitSettings
+    delayed: tuple[str, ...]
+
+    @property
+    def samples(self) -> Samples:
+        """All that was measured."""
+        return self.found.samples
+
+    @property
+    def parameters(self) -> FreeParameters:
+        """What was free."""
+        return self.found.parameters
+
+    @property
+    def problem(self) -> Problem:
+        """That of the best minimum."""
+        return self.found.minima[0].problem
+
+    @cached_property
+    def starts(self) -> Starts:
+        """The best minima, as many as one call of the solver takes."""
+        points = self.found.minima[0].refined.points
+        x, reference = (np.asarray(leaf)[:CHUNK] for leaf in (points.x, points.reference))
+        return Starts(x, reference, np.zeros(len(x)))
+
+    def values_at(self, x: np.ndarray) -> np.ndarray:
+        """[leaves] SI, of unknowns."""
+        return np.array(self.parameters.tree.values(jnp.asarray(x[len(STATE) :])), float)
+
+    @cached_property
+    def chi2(self) -> float:
+        """Of the fit as it was."""
+        return self.chi2_of(self.problem, self.found.minima[0].refined)
+
+    @cached_property
+    def of_witnesses(self) -> float:
+        """What witnesses have of it."""
+        return self.chi2 - 2.0 * float(self.found.minima[0].refined.score[0])
+
+    @cached_property
+    def readings(self) -> int:
+        """That were fitted, but for zeros of faces that see nothing."""
+        return self.told(self.weight(self.problem))
+
+    def told(self, weight: np.ndarray) -> int:
+        """Readings with a weight [samples channels] that are not such zeros."""
+        return int(((weight > 0) & (np.asarray(self.problem.floor) == NO_FLOOR)).sum())
+
+    @cached_property
+    def step(self) -> float:
+        """Longest step of the best minimum's grid [s]."""
+        return float(np.max(np.asarray(self.problem.grid.step), initial=0.0))
+
+    def rebuilt(
+        self, samples: Samples, around: Around | None = None, *, same_sky: bool = False, coarse: bool = False
+    ) -> Problem:
+        """The problem of other samples, or under another sky, in the shapes of the fit; `coarse` for a search."""
+        return build_problem(
+            samples,
+            self.problem.model,
+            around or self.around,
+            whole=self.samples,
+            delayed=self.delayed,
+            max_step=self._search_step if coarse else self.step,
+            room_for=self.found.finest_step,
+            sky=self.problem.sky if same_sky else None,
+        )
+
+    def weight(self, problem: Problem, samples: Samples | None = None) -> np.ndarray:
+        """[samples channels] of the measurements that were fitted."""
+        samples = samples or self.samples
+        found = usable(problem, samples)
+        found[len(samples.t) - (len(self.samples.t) - self.found.fitted) :] = 0.0
+        return found
+
+    def refitted(
+        self,
+        problem: Problem,
+        starts: Starts | None = None,
+        *,
+        weight: np.ndarray | None = None,
+        parameters: FreeParameters | None = None,
+    ) -> Refined:
+        """Minima near the starts, by default those of the fit."""
+        return refine(
+            problem,
+            parameters or self.parameters,
+            starts or self.starts,
+            self.weight(problem) if weight is None else weight,
+            likelihood=self.settings.likelihood,
+            patience=PATIENCE,
+            progress=lambda *_: None,
+        )
+
+    def searched(
+        self,
+        problems: Sequence[tuple[Problem, Samples]],
+        count: int,
+        *,
+        weight: np.ndarray | None = None,
+        last: int | None = None,
+        parameters: FreeParameters | None = None,
+    ) -> list[Run]:
+        """What a search of `count` starts for each problem leaves, best first; nothing where none survives.
+
+        `last` is the number of the last sample of its arcs.
+        """
+        parameters = parameters or self.parameters
+        runs, use = [], None
+        for number, (problem, samples) in enumerate(problems):
+            sights = sights_of(problem, samples)
+            rng = np.random.default_rng(self.settings.seed)
+            guesses = first_guesses(sights, 0, count, self._fastest, rng)
+            starts = guesses.starts(np.zeros(len(parameters.everything)))
+            runs.append(Run(Convention({}, float(number)), problem, starts))
+            use = self.weight(problem, samples) if use is None else use
+        if use is None:
+            return []
+        problem, samples = problems[0]
+        seen = directed_samples(sights_of(problem, samples))
+        if last is None:
+            last = len(samples.t) - (len(self.samples.t) - self.found.fitted) - 1
+        try:
+            grow(runs, seen[seen <= last], last, parameters, use if weight is None else weight)
+        except InputError:
+            return []
+        return runs
+
+    @cached_property
+    def _fastest(self) -> float:
+        return float(np.radians(self.settings.max_rate_deg_s))
+
+    @cached_property
+    def _search_step(self) -> float:
+        step = step_for(RK4, self._fastest, float(np.ptp(self.samples.t)), TOLERANCE)
+        return max(min(self.settings.step_s, step), self.found.finest_step)
+
+    def chi2_of(self, problem: Problem, refined: Refined, number: int = 0) -> float:
+        """Twice the truncated cost of a minimum, and what witnesses have."""
+        residual = np.asarray(refined.points.prediction.residual)[number]
+        asked = np.minimum(residual**2, WITNESS_LIMIT)[self._asked(problem)]
+        return float(2.0 * refined.score[number] + asked.sum())
+
+    def _asked(self, problem: Problem) -> np.ndarray:
+        """[samples channels] readings of witnesses."""
+        found = np.array(problem.known, bool)
+        for group, columns in zip(problem.groups, columns_of(problem.groups), strict=True):
+            if not self.samples.channels[group.name].witness:
+                found[:, columns] = False
+        return found
+
+    def best_of(self, problem: Problem, refined: Refined) -> tuple[float, int]:
+        """Lowest chi2 with witnesses, and the number of its minimum."""
+        found = [self.chi2_of(problem, refined, k) for k in range(len(refined.score))]
+        best = int(np.argmin(found))
+        return found[best], best
+
+    def anew(
+        self, samples: Samples, count: int, *, same_sky: bool = True, parameters: FreeParameters | None = None
+    ) -> Iterator[float]:
+        """Chi2 of what a search finds; nothing where no start survives."""
+        coarse = self.rebuilt(samples, same_sky=same_sky, coarse=True)
+        runs = self.searched([(coarse, samples)], count, parameters=parameters)
+        if runs:
+            fine = self.rebuilt(samples, same_sky=same_sky)
+            yield self.best_of(fine, self.refitted(fine, first(runs[0].starts), parameters=parameters))[0]
+
+    def columns(self, name: str) -> slice:
+        """Of the residuals of a channel."""
+        groups = self.problem.groups
+        return next(own for group, own in zip(groups, columns_of(groups), strict=True) if group.name == name)
+
+    @property
+    def enough(self) -> float:
+        """Chi2 up to which data are explained."""
+        return EXPLAINED * self.readings
+
+    @cached_property
+    def fits_light(self) -> bool:
+        """Whether what was fitted is explained: witnesses alone deny."""
+        refined = self.found.minima[0].refined
+        return bool(2.0 * refined.score[0] < EXPLAINED * self.readings)
+
+    def with_values(self, name: str, rows: np.ndarray) -> Samples:
+        """The samples with other readings of one channel."""
+        return replace(self.samples, values={**self.samples.values, name: rows})
+
+
+def first(starts: Starts) -> Starts:
+    """As many of the best as one call of the solver takes."""
+    return starts.take(np.arange(min(CHUNK, len(starts.cost))))

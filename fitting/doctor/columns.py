@@ -1,0 +1,48 @@
+"""A column of panels or diodes that tells nothing: left out, the others searched anew."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from fitting.doctor.bench import Bench
+from fitting.doctor.sensors import sunlit
+from fitting.doctor.trial import Trial
+
+DARK = 0.1
+"""Of what the brightest column has at most, below which a column looks dead."""
+STARTS = 32
+
+
+def dead_columns(bench: Bench) -> Iterator[Trial]:
+    """Columns that hardly read anything, and else the one that the model would have brightest against its readings."""
+    for name in sunlit(bench):
+        rows = bench.samples.values[name]
+        labels = bench.samples.channels[name].columns
+        told = bench.weight(bench.problem)
+        if rows.shape[1] < 3:
+            continue
+        most = np.nanmax(np.abs(rows), axis=0)
+        dark = np.flatnonzero(most < DARK * most.max())
+        for k in dark if len(dark) else [_dimmest(bench, name)]:
+            masked = rows.copy()
+            masked[:, k] = np.nan
+            samples = bench.with_values(name, masked)
+            own = np.zeros_like(told)
+            own[:, bench.columns(name).start + k] = told[:, bench.columns(name).start + k]
+            for chi2 in bench.anew(samples, STARTS):
+                yield Trial(
+                    "column",
+                    f"column {labels[k]} of {name} is {'dead' if k in dark else 'weak or wrong'}",
+                    "the panel, its wire or its amplifier gives no reading to be believed: leave the column out",
+                    # What is left out would have had the chi2 of noise.
+                    chi2 + bench.told(own),
+                    1,
+                    f"channels.{name}: leave out the column {labels[k]}",
+                )
+
+
+def _dimmest(bench: Bench, name: str) -> int:
+    """The column whose squared residuals are largest at the best minimum."""
+    residual = np.asarray(bench.found.minima[0].refined.points.prediction.residual)[0]
+    known = bench.weight(bench.problem) > 0
+    return int(np.argmax(((residual**2) * known)[:, bench.columns(name)].sum(axis=0)))

@@ -1,0 +1,98 @@
+"""The usual causes tried one after the other, where a fit is denied: cheap ones first, until one explains all."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+from scipy.special import chdtrc
+
+from fitting.doctor.axes import other_orders
+from fitting.doctor.bench import Bench
+from fitting.doctor.changes import changes
+from fitting.doctor.columns import dead_columns
+from fitting.doctor.freeing import freed_parts
+from fitting.doctor.scales import drifting_scales, other_noise
+from fitting.doctor.stamps import jumping_stamps, late_positions, other_year
+from fitting.doctor.trial import Trial, ranked
+from fitting.outcome.believable import without_sigmas
+from fitting.outcome.result import FITS, NOT_CONVERGED, WRONG_MODEL, Cause, FitResult
+from fitting.starts.multi_start import Progress
+from jaxsat.errors import InputError
+from jaxsat.time import Epoch
+
+HOPELESS = 12.0
+"""Chi2 per reading, large residuals cut off, of what no change nearby explains."""
+NOISE = 1.2
+"""Chi2 per reading with a cause that leaves nothing to be explained: no other is tried."""
+DOUBT_P, DENIES = 2e-3, 40.0
+"""Probability of chi2 below which a fit is doubtful, and the fall of chi2 by a cause, beside 2 for each number it adds,
+that denies it: noise makes one of that size in a thousand million fits."""
+Kind = Callable[[], Iterator[Trial]]
+
+
+def examine(bench: Bench, result: FitResult, elements_epoch: Epoch | None, progress: Progress) -> tuple[Cause, ...]:
+    """Causes that would explain the data better, the best first; none where the motion is given and not found.
+
+    `elements_epoch` is that of the element set which stands in the table itself.
+    """
+    if bench.samples.given is not None or bench.settings.adaptive.on:
+        return ()
+    orders: list[Kind] = [lambda: other_orders(bench)]
+    local = [*_nearby(bench), lambda: other_noise(bench, result)]
+    kinds: list[Kind] = [
+        lambda: other_year(bench, elements_epoch),
+        lambda: jumping_stamps(bench),
+        lambda: dead_columns(bench),
+        # Near a minimum that is none of the data's, small changes help nothing.
+        *(orders + local if bench.chi2 > HOPELESS * bench.readings else local + orders),
+        lambda: changes(bench),
+    ]
+    trials: list[Trial] = []
+    for number, kind in enumerate(kinds):
+        progress("looking for causes", number, len(kinds))
+        trials += _of(kind)
+        if any(trial.chi2 < NOISE * bench.readings for trial in trials):
+            break
+    count = len(kinds)
+    progress("looking for causes", count, count)
+    return ranked(trials, bench.chi2, bench.readings)
+
+
+def doubtful(result: FitResult) -> bool:
+    """Whether a fit that nothing denied, and of which nothing was held out, has a chi2 that noise hardly gives."""
+    return result.verdict == FITS and float(chdtrc(result.dof, result.chi2)) < DOUBT_P
+
+
+def reconsidered(bench: Bench, result: FitResult, progress: Progress) -> FitResult:
+    """A doubtful fit, denied where some small change near its minimum explains the doubt beyond chance."""
+    if bench.samples.given is not None or bench.settings.adaptive.on:
+        return result
+    trials: list[Trial] = []
+    for number, kind in enumerate(kinds := _nearby(bench)):
+        progress("looking for causes", number, len(kinds))
+        trials += _of(kind)
+    causes = ranked(trials, bench.chi2, bench.readings)
+    best = next((cause for cause in causes if cause.chi2_before - cause.chi2_after > DENIES + 2.0 * cause.added), None)
+    if best is None:
+        return result
+    message = (
+        f"chi2 is doubtful ({result.chi2 / result.dof:.2f} per degree of freedom), and something else explains it: "
+        f"{best.cause} (chi2 falls from {best.chi2_before:.0f} to {best.chi2_after:.0f})"
+    )
+    return replace(without_sigmas(result), status=NOT_CONVERGED, verdict=WRONG_MODEL, message=message, causes=causes)
+
+
+def _nearby(bench: Bench) -> list[Kind]:
+    """What changes little, for minima that are near those of the data."""
+    return [lambda: freed_parts(bench), lambda: drifting_scales(bench), lambda: late_positions(bench)]
+
+
+def _of(kind: Kind) -> list[Trial]:
+    """What one kind of cause gives; what cannot be tried with these data says nothing."""
+    found: list[Trial] = []
+    try:
+        for trial in kind():
+            found += [trial] if np.isfinite(trial.chi2) else []
+    except (InputError, np.linalg.LinAlgError):
+        pass
+    return found
