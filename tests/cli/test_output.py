@@ -37,8 +37,8 @@ def test_fit_json_has_the_keys_of_its_schema_and_no_others(document, made):
     assert list(document) == [
         *("schema", "telemetry", "epoch_utc", "status", "message", "verdict", "chi2", "dof", "residual_rms_mA"),
         *("residual_rms", "holdout", "witness", "parameters", "gauge", "unseen", "buys", "correlations", "axes"),
-        *("alternatives", "delays", "breaks", "channels", "rejections", "attitude", "diagnostics", "profiles"),
-        "timing_s",
+        *("alternatives", "causes", "delays", "breaks", "channels", "rejections", "attitude", "diagnostics"),
+        *("profiles", "timing_s"),
     ]
     assert document["schema"] == "jaxsat.fit/1"
     assert document["telemetry"] == "a.RAW_SUN"

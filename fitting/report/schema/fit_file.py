@@ -43,6 +43,16 @@ class Holdout(Stored):
     outliers: Count
 
 
+class Wish(Stored):
+    """Whereto a witness would move the fit."""
+
+    directions: int
+    strength: float
+    p: float
+    explained: float
+    believed: bool
+
+
 class Witness(Stored):
     """Of a channel that was not fitted; the numbers of `Holdout` where it could be predicted."""
 
@@ -53,6 +63,7 @@ class Witness(Stored):
     angle_deg: Maybe = None
     count: Count | None = None
     outliers: Count
+    wish: Wish | None = None
 
 
 class Delay(Stored):
@@ -96,6 +107,19 @@ class Alternative(Stored):
     attitude_distance_deg: float
     axes: dict[str, list[str]] = {}
     rate_deg_s: list[float] = []
+
+
+class Cause(Stored):
+    """What would explain the data of a fit that is denied."""
+
+    kind: str
+    cause: str
+    meaning: str
+    chi2_before: float
+    chi2_after: float
+    added: int
+    explains: bool
+    option: str
 
 
 class Channel(Stored):
@@ -201,6 +225,7 @@ class Fit(Stored):
     correlations: dict[str, dict[str, float]]
     axes: dict[str, list[str]]
     alternatives: list[Alternative]
+    causes: list[Cause] = []
     delays: dict[str, Delay]
     breaks: list[Breaks]
     channels: dict[str, Channel]
