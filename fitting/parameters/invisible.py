@@ -50,7 +50,6 @@ def relative_to(parameters: FreeParameters, values: np.ndarray) -> dict[str, str
             continue
         if gauge.name == "magnet":
             own, held = (places == INERTIA_PLACE) | _sizes(places, values, free), "|magnet|"
-            own |= np.array([leaf.spot == MODULUS for leaf in parameters.leaves])
         else:
             own, held = np.isin(np.arange(len(names)), [*gauge.leaves, *gauge.beside]), "mean gain"
         found |= {names[k]: f"given {held}" for k in np.flatnonzero(own & free)}

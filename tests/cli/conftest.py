@@ -35,7 +35,7 @@ def put_fake_fit(monkeypatch) -> dict:
     monkeypatch.setattr("fitting.run.identify", identify)
     monkeypatch.setattr(
         "fitting.run.summarize",
-        lambda found: replace(make_munin_result(), timing_s=found.timing_s, **changes),
+        lambda found, *_: replace(make_munin_result(), timing_s=found.timing_s, **changes),
     )
 
     # The cache of compiled programs belongs to the user, the settings of JAX to the test session.

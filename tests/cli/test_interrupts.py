@@ -10,6 +10,9 @@ SCRIPT = """
 import gc, signal, sys, time
 from jaxsat.cli.shared.interrupts import heeded
 
+# Under nohup it is ignored, and stays so.
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
 def run(arguments):
     def landing(phase, info):
         gc.callbacks.remove(landing)

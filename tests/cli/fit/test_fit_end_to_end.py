@@ -75,8 +75,8 @@ def test_fit_json_is_exactly_its_schema(fitted, document):
     assert list(document) == [
         *("schema", "telemetry", "epoch_utc", "status", "message", "verdict", "chi2", "dof", "residual_rms_mA"),
         *("residual_rms", "holdout", "witness", "parameters", "gauge", "unseen", "buys", "correlations", "axes"),
-        *("alternatives", "delays", "breaks", "channels", "rejections", "attitude", "orbit", "diagnostics"),
-        *("profiles", "timing_s"),
+        *("alternatives", "causes", "delays", "breaks", "channels", "rejections", "attitude", "orbit"),
+        *("diagnostics", "profiles", "timing_s"),
     ]
     assert document["schema"] == "jaxsat.fit/1" and document["telemetry"] == str(fitted[0])
     assert document["epoch_utc"] == "2001-01-18T04:54:15.000"

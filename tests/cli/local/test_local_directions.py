@@ -128,7 +128,7 @@ def test_a_star_tracker_needs_no_other():
     rows, document = solved("--arc", "0", "300", "--no-plots")
     assert document["status_counts"] == {"solved": 15, "unsolved": 1}
     assert off_deg(rows, [0, 1, 2, 3, 4]).max() < 1e-4
-    assert float(rows[0]["sigma_deg"]) == pytest.approx(np.degrees(0.001), rel=1e-3)
+    assert float(rows[0]["sigma_deg"]) == pytest.approx(np.degrees(0.0005), rel=1e-3)
 
 
 def test_nothing_to_solve():
