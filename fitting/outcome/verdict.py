@@ -37,6 +37,8 @@ UNKNOWN_DEG = 30.0
 """1-sigma of an attitude that nothing tells."""
 MOST_MISFITS = 0.05
 """Share of the bright samples of panels that may be left out without being dimmer than modelled."""
+OF_LIGHT = ("Panels", "Photodiodes", "SunVector", "SunAngles")
+"""Kinds of sensors whose samples may be left out for what the light is like."""
 MOST_CONTRADICTED = 0.2
 """Share of the bright samples of a sensor of light that the computed shadow may contradict."""
 HELD_BY_PRIOR, FAR_OFF = "held by its prior", "far off its prior"
@@ -152,7 +154,7 @@ def _wrong(evidence: Evidence) -> str | None:
             )
         if channel.fitted.any():
             lost = 1.0 - float(channel.used[channel.fitted].mean())
-            if lost > MOST_LEFT_OUT and channel.kind not in ("Panels", "Photodiodes", "SunVector", "SunAngles"):
+            if lost > MOST_LEFT_OUT and channel.kind not in OF_LIGHT:
                 return f"{100 * lost:.0f} % of the readings of {name} fit no motion of this model"
     if evidence.hopeless or evidence.ratio > MAX_CHI2_PER_READING:
         return "the best minimum found does not explain the data; free more parameters, or state the noise they deserve"
@@ -195,7 +197,8 @@ def _remarks(evidence: Evidence):
             all_of = f"{channel.contradicted} of {int(channel.fitted.sum())} samples of {name}"
             yield f"{all_of} left out where light and computed shadow disagree"
         if count > 0:
-            yield f"{count} of {int(channel.fitted.sum())} samples of {name} left out as outliers or in doubtful light"
+            why = "outliers or in doubtful light" if channel.kind in OF_LIGHT else "outliers"
+            yield f"{count} of {int(channel.fitted.sum())} samples of {name} left out as {why}"
         chi2 = channel.chi2_per_reading
         if chi2 is not None and REMARKABLE_CHI2_PER_READING < chi2 <= MAX_CHI2_PER_READING:
             yield f"residuals of {name} are {np.sqrt(chi2):.2f} times the stated noise"

@@ -143,7 +143,7 @@ def test_what_is_odd_is_said():
 
 
 def test_what_a_shadow_leaves_out_is_told_apart_from_outliers():
-    mag = channel(used=np.arange(N) >= 5, bright=30, contradicted=3)
+    mag = channel(kind="SunVector", used=np.arange(N) >= 5, bright=30, contradicted=3)
     assert verdict(mag)[3] == (
         "3 of 30 samples of mag left out where light and computed shadow disagree",
         "2 of 30 samples of mag left out as outliers or in doubtful light",
