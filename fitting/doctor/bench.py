@@ -225,7 +225,7 @@ class Bench:
     def fits_light(self) -> bool:
         """Whether what was fitted is explained: witnesses alone deny."""
         refined = self.found.minima[0].refined
-        return bool(2.0 * refined.score[0] < EXPLAINED * self.readings)
+        return bool(2.0 * refined.score[0] < self.enough)
 
     def with_values(self, name: str, rows: np.ndarray) -> Samples:
         """The samples with other readings of one channel."""

@@ -47,15 +47,7 @@ def examine(bench: Bench, result: FitResult, elements_epoch: Epoch | None, progr
         *(orders + local if bench.chi2 > HOPELESS * bench.readings else local + orders),
         lambda: changes(bench),
     ]
-    trials: list[Trial] = []
-    for number, kind in enumerate(kinds):
-        progress("looking for causes", number, len(kinds))
-        trials += _of(kind)
-        if any(trial.chi2 < NOISE * bench.readings for trial in trials):
-            break
-    count = len(kinds)
-    progress("looking for causes", count, count)
-    return ranked(trials, bench.chi2, bench.readings)
+    return _tried(bench, kinds, NOISE * bench.readings, progress)
 
 
 def doubtful(result: FitResult) -> bool:
@@ -67,11 +59,7 @@ def reconsidered(bench: Bench, result: FitResult, progress: Progress) -> FitResu
     """A doubtful fit, denied where some small change near its minimum explains the doubt beyond chance."""
     if bench.samples.given is not None or bench.settings.adaptive.on:
         return result
-    trials: list[Trial] = []
-    for number, kind in enumerate(kinds := _nearby(bench)):
-        progress("looking for causes", number, len(kinds))
-        trials += _of(kind)
-    causes = ranked(trials, bench.chi2, bench.readings)
+    causes = _tried(bench, _nearby(bench), 0.0, progress)
     best = next((cause for cause in causes if cause.chi2_before - cause.chi2_after > DENIES + 2.0 * cause.added), None)
     if best is None:
         return result
@@ -85,6 +73,19 @@ def reconsidered(bench: Bench, result: FitResult, progress: Progress) -> FitResu
 def _nearby(bench: Bench) -> list[Kind]:
     """What changes little, for minima that are near those of the data."""
     return [lambda: freed_parts(bench), lambda: drifting_scales(bench), lambda: late_positions(bench)]
+
+
+def _tried(bench: Bench, kinds: list[Kind], enough: float, progress: Progress) -> tuple[Cause, ...]:
+    """The causes of these kinds, the best first; no further kind where a chi2 is below `enough`."""
+    trials: list[Trial] = []
+    count = len(kinds)
+    for number, kind in enumerate(kinds):
+        progress("looking for causes", number, count)
+        trials += _of(kind)
+        if any(trial.chi2 < enough for trial in trials):
+            break
+    progress("looking for causes", count, count)
+    return ranked(trials, bench.chi2, bench.readings)
 
 
 def _of(kind: Kind) -> list[Trial]:
