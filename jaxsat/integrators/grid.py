@@ -60,11 +60,26 @@ class StepGrid(eqx.Module):
         ends[index[counts > 0] - 1] = marks[counts > 0]
         index = index if stops is None else index[np.searchsorted(np.abs(marks - start), np.abs(times - start))]
         index = np.pad(index, (0, -len(index) % pad_samples), mode="edge")
-        edges = np.concatenate([[start], ends])
-        c = np.asarray(tableau.inner_nodes)
-        inner = (1.0 - c) * edges[:-1, None] + c * edges[1:, None]
-        nodes = np.concatenate([np.concatenate([edges[:-1, None], inner], axis=1).reshape(-1), edges[-1:]])
-        return StepGrid(steps, nodes, index)
+        return StepGrid(steps, _nodes(np.concatenate([[start], ends]), tableau), index)
+
+    @staticmethod
+    def along(
+        edges: Float[np.ndarray, " edges"], parts: Int[np.ndarray, " steps"], times: np.ndarray, tableau: Tableau
+    ) -> "StepGrid":
+        """Grid over given steps from edge to edge [s], each in a number of equal parts; `times` are among the edges."""
+        share = (np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)) / np.repeat(parts, parts)
+        begins = np.repeat(edges[:-1], parts) + np.repeat(np.diff(edges), parts) * share
+        edges = np.concatenate([begins, edges[-1:]])
+        order = -1.0 if edges[-1] < edges[0] else 1.0
+        index = np.searchsorted(order * edges, order * np.asarray(times, float))
+        edges = np.pad(edges, (0, -len(begins) % BLOCK), mode="edge")
+        return StepGrid(np.diff(edges), _nodes(edges, tableau), index)
+
+
+def _nodes(edges: Float[np.ndarray, " edges"], tableau: Tableau) -> Float[np.ndarray, " nodes"]:
+    c = np.asarray(tableau.inner_nodes)
+    inner = (1.0 - c) * edges[:-1, None] + c * edges[1:, None]
+    return np.concatenate([np.concatenate([edges[:-1, None], inner], axis=1).reshape(-1), edges[-1:]])
 
 
 def _with_stops(times: np.ndarray, start: float, stops: np.ndarray) -> np.ndarray:

@@ -39,7 +39,7 @@ def scan_cases(
     def advance(carry, number):
         state = regrouped(tuple(carry), like)
         extra = () if drawn is None else drawn(number)
-        after = jax.tree.leaves(replayed(*constant, state, *extra, hold=functools.partial(_stored, number)))
+        after = jax.tree.leaves(replayed(*constant, state, *extra, hold=functools.partial(stored, number)))
         spread = [
             jnp.broadcast_to(jnp.asarray(x, old.dtype), old.shape)
             for x, old in zip([element for leaf in after for element in leaf.reshape(-1)], carry, strict=True)
@@ -53,7 +53,7 @@ def scan_cases(
     )
 
 
-def _stored(number, arrays):
+def stored(number, arrays):
     """Arrays that are stored and not computed anew for each of their uses, as XLA would on a CPU.
 
     It takes barriers away, but not what might be otherwise: no step has a negative number.

@@ -15,31 +15,27 @@ from jaxtyping import Array, Float
 
 from jaxsat.dynamics import AttitudeState, RigidBody
 from jaxsat.environment import OrbitTable
-from jaxsat.integrators import RK4, AdamsGrid, StepGrid
+from jaxsat.integrators import DORMAND_PRINCE_8, AdamsGrid
 from jaxsat.integrators.adams import ORDER, STABLE
 from jaxsat.integrators.adams import REACH as ADAMS_REACH
-from jaxsat.integrators.grid import BLOCK
 from jaxsat.math import inverse_3x3
-from jaxsat.simulate.checks import (
-    check_table,
-)
-from jaxsat.simulate.on_grid import Trajectory, simulate_on_grid
+from jaxsat.simulate.by_turns import move_lanes
+from jaxsat.simulate.checks import check_table
+from jaxsat.simulate.course import Layout, lay_course
+from jaxsat.simulate.on_grid import trajectory
 from jaxsat.simulate.parts import Absent, advance_parts, parts_of, varying
-from jaxsat.simulate.single import (
-    COARSER,
-    Tabulate,
-    bucket,
-    fastest_rate,
-    first_reach,
-    hold,
-    jumps,
-    longest_step,
-)
+from jaxsat.simulate.rates import fastest_rate
+from jaxsat.simulate.single import COARSER, TURN_REACH, UNRESOLVED, angles, first_reach, hold, longest_step
+from jaxsat.simulate.tabulating import Tabulate, bucket, tabulated
 from jaxsat.spacecraft import Spacecraft
 from jaxsat.torques import AbstractTorque
 
 CHUNK = 1024
 """Cases of one chunk on a CPU: their state and slopes fill a core's cache."""
+LANES = 16
+"""The same of satellites with hysteresis rods, which wait for the slowest of their chunk."""
+LEAST_REACH = 0.09
+"""Of steps of eighth order: shorter ones gain nothing, for rounding."""
 PILOT_MARGIN = 3.0
 """The worst of all cases may be this many times worse than the worst of the pilot's."""
 
@@ -56,6 +52,8 @@ class Batch:
     start: float
     """Of `initial` [s]."""
     torques: tuple[AbstractTorque, ...] | None
+    tolerance: float
+    """Of attitudes, which what surrounds the satellites is to be worthy of [rad]."""
     asked_chunk: int | None
 
     @property
@@ -73,7 +71,8 @@ class Batch:
         """Cases done at once."""
         if self.asked_chunk is not None:
             return min(self.asked_chunk, self.cases)
-        return min(CHUNK, self.cases) if jax.default_backend() == "cpu" else self.cases
+        most = LANES if self.in_lanes else CHUNK
+        return min(most, self.cases) if jax.default_backend() == "cpu" else self.cases
 
     def of(self, chosen: np.ndarray) -> "Batch":
         """The same of some of the cases, in the order given."""
@@ -85,14 +84,30 @@ class Batch:
         return dataclasses.replace(self, initial=initial, spacecraft=own if self.varies else self.spacecraft)
 
     @property
-    def in_steps(self) -> bool:
-        """Whether rods with hysteresis want Runge-Kutta steps: over the turns of their fields no other holds."""
+    def in_lanes(self) -> bool:
+        """Whether each has steps of its own, which end where the fields along its hysteresis rods turn."""
         return self.initial.rod_lag is not None
+
+    @property
+    def rods(self) -> int:
+        """Hysteresis rods of each."""
+        return 0 if self.initial.rod_lag is None else self.initial.rod_lag.shape[-1]
+
+    @property
+    def parts(self) -> int:
+        """Components of the state: quaternion, angular velocity, lags and heats of the rods."""
+        return 7 + 2 * self.rods
+
+    @functools.cached_property
+    def layout(self) -> Layout:
+        """What lanes go through."""
+        dtype = self.initial.quaternion.dtype
+        return lay_course(self.surroundings, self.times, self.start, self.tolerance, "simulate_many", dtype)
 
     def first_reach(self, tolerance: float) -> float:
         """Step times the fastest rate to try first."""
-        if self.in_steps:
-            return first_reach(tolerance, RK4.order, RK4.reach, math.inf)
+        if self.in_lanes:
+            return first_reach(tolerance, DORMAND_PRINCE_8.order, TURN_REACH, math.inf)
         return first_reach(tolerance, ORDER, ADAMS_REACH, STABLE)
 
     def step_within(self, tolerance: float, rates: Float[np.ndarray, " cases"]) -> tuple[float, float]:
@@ -101,46 +116,77 @@ class Batch:
         spread = np.linspace(0, self.cases - 1, self.chunk - len(fastest)).astype(int)
         pilot = np.concatenate([fastest, spread])
 
-        def attempt(step):
-            return trajectory(self.run(pilot, step), None)
+        def both(step):
+            return tuple(trajectory(self.run(pilot, ratio * step), None, 0) for ratio in (1.0, COARSER))
 
         first = self.first_reach(tolerance) / float(rates.max())
-        tableau, order = (RK4, RK4.order) if self.in_steps else (None, ORDER)
-        first = min(first, longest_step(self.times, self.start, tableau) / COARSER)
-        step, error, _ = hold(tolerance / PILOT_MARGIN, first, order, self.times, self.start, attempt)
+        first = min(first, longest_step(self.times, self.start, None) / COARSER)
+        step, error, _ = hold(tolerance / PILOT_MARGIN, first, ORDER, self.times, self.start, both)
         return step, error
+
+    def lanes_within(self, tolerance: float) -> tuple[Float[np.ndarray, "cases samples parts"], np.ndarray]:
+        """Components of all cases, each with steps of its own, and the error of each [rad].
+
+        It is the largest angle to the same motion with steps 1.5 times as long. Where that is above the tolerance the
+        steps are shortened until rounding leaves nothing to be gained.
+        """
+        longest = longest_step(self.times, self.start, DORMAND_PRINCE_8)
+        found = np.zeros((self.cases, len(self.times), self.parts), self.initial.quaternion.dtype)
+        errors, reach = np.full(self.cases, np.inf), np.full(self.cases, self.first_reach(tolerance))
+        left = np.arange(self.cases)
+        while left.size:
+            fine = self.by_turns(left, reach[left], longest / COARSER)
+            coarse = self.by_turns(left, COARSER * reach[left], longest)
+            error = np.max(angles(fine[..., :4], coarse[..., :4]), axis=1, initial=0.0)
+            better = left[error < errors[left]]
+            found[better], errors[better] = fine[error < errors[left]], error[error < errors[left]]
+            shrink = np.where(error < UNRESOLVED, (0.5 * tolerance / error) ** (1.0 / DORMAND_PRINCE_8.order), 0.25)
+            reach[left] *= np.clip(shrink, 0.25, 0.9)
+            left = left[(error > tolerance) & (reach[left] > LEAST_REACH)]
+        return found, errors
 
     def rates(self) -> Float[np.ndarray, " cases"]:
         """Rate scale of each case's coming motion [rad/s]."""
-        table = _tabulated(self.surroundings, np.array([self.start]))
+        table = tabulated(self.surroundings, np.array([self.start]))
         check_table(table, "simulate_many")
         return np.asarray(_rates(self.spacecraft, self.initial, table, body_varies=self.varies))
 
     def run(self, chosen: np.ndarray, max_step: float) -> Float[np.ndarray, "cases samples parts"]:
         """Components of the chosen cases at the requested times, chunk after chunk on all cores."""
-        return self._by_steps(chosen, max_step) if self.in_steps else self._by_adams(chosen, max_step)
+        if self.in_lanes:
+            return self.by_turns(chosen, np.full(len(chosen), np.inf), max_step)
+        return self._by_adams(chosen, max_step)
 
-    def _by_steps(self, chosen: np.ndarray, max_step: float) -> Float[np.ndarray, "cases samples parts"]:
-        """By RK4, whose steps go across the turns of hysteresis rods; what stands between the samples is not kept."""
-        stops = jumps(self.surroundings)
-        lay = functools.partial(StepGrid.through, self.times, start=self.start, max_step=max_step, stops=stops)
-        used = lay().step.shape[0]
-        grid = lay(pad_steps=bucket(used))
-        table = self._table(grid.node_times)
-        varies, blocks = self.varies, np.asarray(used // BLOCK)
+    def by_turns(
+        self, chosen: np.ndarray, reach: Float[np.ndarray, " chosen"], max_step: float
+    ) -> Float[np.ndarray, "chosen samples parts"]:
+        """The same in lanes, with steps of `reach` over the rate of each motion and at most `max_step` [s]."""
+        layout, varies = self.layout, self.varies
+        # Lanes wait for the slowest of their chunk.
+        order = np.argsort(self.rates()[chosen] / np.minimum(reach, 1.0), kind="stable")
 
-        def one(numbers):
+        def one(places):
+            numbers = chosen[places]
             initial, craft = (
                 jax.tree.map(lambda leaf: jnp.asarray(np.asarray(leaf)[numbers]), tree) if over_cases else tree
                 for tree, over_cases in ((self.initial, True), (self.spacecraft, varies))
             )
-            return np.asarray(_steps(craft, initial, table, grid, self.torques, blocks, body_varies=varies))
+            return move_lanes(
+                initial,
+                self._body(craft),
+                layout,
+                reach=reach[places],
+                max_step=np.full(len(numbers), max_step),
+                tableau=DORMAND_PRINCE_8,
+                varies=varies,
+            ).states
 
-        return np.concatenate(self._in_chunks(one, chosen))[: len(chosen)]
+        found = np.concatenate(self._in_chunks(one, order))[: len(chosen)]
+        return found[np.argsort(order, kind="stable")]
 
     def _table(self, times: Float[Array | np.ndarray, " n"]) -> OrbitTable:
         # The orbit in double precision whatever the motion's own: seconds and metres outgrow seven digits.
-        table = _tabulated(self.surroundings, times)
+        table = tabulated(self.surroundings, times)
         check_table(table, "simulate_many")
         return jax.tree.map(lambda x: x.astype(self.initial.quaternion.dtype), table)
 
@@ -162,7 +208,7 @@ class Batch:
         # At the last step's end alone nothing has to be kept on the way.
         last_only = bool(np.all(self.times == self.times[-1]))
         like = jax.tree.map(lambda leaf: np.zeros(leaf.shape[1:], leaf.dtype), self.initial)
-        body = self._body()
+        body = self._body(self.spacecraft)
         absent = self._absent(body)
         varied = varying(body) if self.varies else None
 
@@ -179,9 +225,9 @@ class Batch:
         found = np.concatenate(self._in_chunks(one, chosen), axis=-1)
         return np.moveaxis(found[..., : len(chosen)], -1, 0)
 
-    def _body(self) -> RigidBody:
-        inverse = (jax.vmap(inverse_3x3) if self.varies else inverse_3x3)(self.spacecraft.inertia)
-        return RigidBody(self.spacecraft, inverse, self.torques)
+    def _body(self, spacecraft: Spacecraft) -> RigidBody:
+        inverse = (jax.vmap(inverse_3x3) if self.varies else inverse_3x3)(spacecraft.inertia)
+        return RigidBody(spacecraft, inverse, self.torques)
 
     def _absent(self, body: RigidBody) -> Absent:
         own = eqx.filter(body, eqx.is_array)
@@ -191,45 +237,11 @@ class Batch:
         return tuple(tuple(x.reshape(-1).tolist()) for x in jax.tree.leaves(zero))
 
 
-def trajectory(states: Float[np.ndarray, "cases samples parts"], error: float | None) -> Trajectory:
-    """Of components at the requested times; a case that is not finite is NaN and listed in `diverged`."""
-    q = states[..., :4]
-    with np.errstate(all="ignore"):
-        length = np.linalg.norm(q, axis=-1, keepdims=True)
-        unit = q / length
-    # A motion thrown out by unstable steps may still be finite: its quaternion is not of unit length.
-    finite = np.isfinite(states).all(axis=(1, 2)) & np.all(np.abs(length - 1.0) < 0.5, axis=(1, 2))
-    return Trajectory(
-        quaternion=jnp.asarray(np.where(finite[:, None, None], unit, np.nan)),
-        angular_velocity=jnp.asarray(states[..., 4:7]),
-        rod_lag=jnp.asarray(states[..., 7:]) if states.shape[-1] > 7 else None,
-        error=error,
-        diverged=tuple(np.flatnonzero(~finite).tolist()),
-    )
-
-
-@eqx.filter_jit
-def _tabulated(surroundings: Tabulate, times: Float[Array | np.ndarray, " n"]) -> OrbitTable:
-    return surroundings(times)
-
-
 @eqx.filter_jit
 def _rates(spacecraft, initial, table, *, body_varies):
     return eqx.filter_vmap(fastest_rate, in_axes=(eqx.if_array(0) if body_varies else None, 0, None))(
         spacecraft, initial, table
     )
-
-
-@eqx.filter_jit
-def _steps(spacecraft, initial, table, grid, torques, blocks, *, body_varies):
-    grid = jax.tree.map(jnp.asarray, grid)
-
-    def one(craft, state):
-        found = simulate_on_grid(craft, state, table, grid, torques=torques, blocks=blocks)
-        parts = (found.quaternion, found.angular_velocity, found.rod_lag)
-        return jnp.concatenate([part for part in parts if part is not None], axis=-1)
-
-    return eqx.filter_vmap(one, in_axes=(eqx.if_array(0) if body_varies else None, 0))(spacecraft, initial)
 
 
 def _advance_chunk(parts, like, body, table, grid, count, body_varies, absent, last_only):

@@ -1,6 +1,7 @@
 """Many satellites on one orbit at once."""
 
 import dataclasses
+import warnings
 
 import equinox as eqx
 import jax
@@ -9,7 +10,7 @@ import numpy as np
 
 from jaxsat.dynamics import AttitudeState
 from jaxsat.math import quaternion
-from jaxsat.simulate.batch import Batch, trajectory
+from jaxsat.simulate.batch import Batch
 from jaxsat.simulate.checks import (
     check_numbers,
     check_satellite,
@@ -18,8 +19,9 @@ from jaxsat.simulate.checks import (
     sound_cases,
     with_unit_length,
 )
-from jaxsat.simulate.on_grid import Trajectory
-from jaxsat.simulate.single import MOST_STEPS, Tabulate
+from jaxsat.simulate.on_grid import Trajectory, trajectory
+from jaxsat.simulate.single import MOST_STEPS
+from jaxsat.simulate.tabulating import Tabulate
 from jaxsat.spacecraft import Spacecraft, in_axes
 from jaxsat.torques import AbstractTorque
 
@@ -39,11 +41,13 @@ def simulate_many(
     """Motions of many cases from `initial`, leaves over the cases, at monotonic `times` [s]: [cases, samples, ...].
 
     `spacecraft` is shared, or its leaves are over the cases too; the torques are by default those of its parts. The
-    method is Adams of order 12, for torques without kinks; with a `rod_lag` in the state RK4, which goes across the
-    turns of hysteresis rods. The step is the one with which a pilot chunk, half of it the fastest cases, agrees
-    with steps 1.5 times as long within a third of `tolerance` [rad]; `error` of the result is the pilot's. With
-    `max_step` [s] it is given and not checked. A case that cannot be moved, for its state or its own satellite, or
-    whose motion is not finite, is NaN and listed in `diverged`; the others are as they are without it.
+    method is Adams of order 12, for torques without kinks. The step is the one with which a pilot chunk, half of it the
+    fastest cases, agrees with steps 1.5 times as long within a third of `tolerance` [rad]; `error` of the result is the
+    pilot's. With a `rod_lag` in the state each case has steps of its own, which end where the fields along its rods
+    turn, and each is compared so: `errors`. A tumbling satellite may be chaotic, so that no step holds the tolerance:
+    a warning says so, `unresolved` lists it. With `max_step` [s] the step is given and not checked. A case that cannot
+    be moved, for its state or its own satellite, or whose motion is not finite, is NaN and listed in `diverged`; the
+    others are as they are without it.
     Raises ValueError as `simulate` does for what is common to all.
     """
     varies = spacecraft.inertia.ndim == 3
@@ -56,20 +60,40 @@ def simulate_many(
     check_surroundings(surroundings, start, times, "simulate_many")
     cases, kept = initial.quaternion.shape[0], np.flatnonzero(sound_cases(spacecraft, initial, satellite_varies=varies))
     axes, spacecraft, initial = _in_principal_axes(spacecraft, with_unit_length(initial), torques)
-    batch, error = Batch(spacecraft, initial, surroundings, times, float(start), torques, chunk).of(kept), None
+    shared = (surroundings, times, float(start), torques, tolerance, chunk)
+    batch, error = Batch(spacecraft, initial, *shared).of(kept), None
     if max_step is None:
         rates = batch.rates()
         # A rate that no step follows would make all others wait for it.
         followed = rates * np.abs(times - start).max(initial=0.0) < MOST_STEPS * batch.first_reach(tolerance)
         batch, kept = batch.of(np.flatnonzero(followed)), kept[followed]
-        if kept.size:
-            max_step, error = batch.step_within(tolerance, rates[followed])
-    parts = sum(leaf.shape[-1] for leaf in jax.tree.leaves(initial))
-    found = np.full((cases, len(times), parts), np.nan, initial.quaternion.dtype)
+    found = np.full((cases, len(times), batch.parts), np.nan, initial.quaternion.dtype)
+    errors = np.full(cases, np.nan)
     if kept.size and max_step is not None:
         found[kept] = batch.run(np.arange(kept.size), max_step)
-    motion = trajectory(found, error)
+    elif kept.size and batch.in_lanes:
+        found[kept], errors[kept] = batch.lanes_within(tolerance)
+    elif kept.size:
+        step, error = batch.step_within(tolerance, rates[followed])
+        found[kept] = batch.run(np.arange(kept.size), step)
+    motion = trajectory(found, error, batch.rods)
+    if max_step is None and batch.in_lanes:
+        motion = _with_errors(motion, errors, tolerance)
     return motion if axes is None else _in_body_axes(motion, axes)
+
+
+def _with_errors(motion: Trajectory, errors: np.ndarray, tolerance: float) -> Trajectory:
+    """What is known of each case; a motion that cannot be held is told loudly and kept."""
+    unresolved = tuple(np.flatnonzero(errors > tolerance).tolist())
+    if unresolved:
+        warnings.warn(
+            f"simulate_many: {len(unresolved)} of {len(errors)} motions are not within {tolerance:g} rad, whatever the "
+            "steps: they are chaotic. `unresolved` lists them, `errors` has the error of each",
+            stacklevel=3,
+        )
+    held = errors[errors <= tolerance]
+    error = float(held.max()) if held.size else None
+    return dataclasses.replace(motion, errors=jnp.asarray(errors), error=error, unresolved=unresolved)
 
 
 def _in_principal_axes(spacecraft, initial, torques):

@@ -27,10 +27,19 @@ class Trajectory(eqx.Module):
     """Body axes [rad/s]."""
     rod_lag: Float[Array, "*cases samples rods"] | None = None
     """State of the hysteresis rods, where there are any."""
+    rod_heat: Float[Array, "*cases samples rods"] | None = None
+    """Energy that the field's changes have put into each rod since the start, volume times the integral of H dB [J].
+
+    Over whole loops all of it is heat, taken from the motion; on the way the rod holds a part that it gives back.
+    """
     grid: StepGrid | AdamsGrid | None = None
     """The steps taken; a fit or a derivative may go over them again (`simulate_on_grid`)."""
     error: float | None = eqx.field(static=True, default=None)
     """Largest angle to the same motion with steps 1.5 times as long [rad]: more than the error of a smooth motion."""
+    errors: Float[Array, " cases"] | None = None
+    """The same of each case that has steps of its own; `error` is then the largest within the tolerance."""
+    unresolved: tuple[int, ...] = eqx.field(static=True, default=())
+    """Cases whose error is above the tolerance, whatever the steps: their motion is chaotic."""
     diverged: tuple[int, ...] = eqx.field(static=True, default=())
     """Cases whose motion is not finite."""
 
@@ -70,7 +79,7 @@ def simulate_on_grid(
         at_samples = jax.tree.map(lambda a: a[grid.sample_index], states)
     else:
         at_samples = integrate_blocks(step, initial, table, lengths, blocks, grid.sample_index)
-    return Trajectory(at_samples.quaternion, at_samples.angular_velocity, at_samples.rod_lag, grid)
+    return Trajectory(at_samples.quaternion, at_samples.angular_velocity, at_samples.rod_lag, grid=grid)
 
 
 def by_adams(
@@ -88,7 +97,7 @@ def by_adams(
     states = advance_parts(parts_of(cases_last), like, body, table, grid, count=count)
     states = jnp.moveaxis(states, -1, 0) if many else states
     lag = None if initial.rod_lag is None else states[..., 7:]
-    return Trajectory(quaternion.normalize(states[..., :4]), states[..., 4:7], lag, grid)
+    return Trajectory(quaternion.normalize(states[..., :4]), states[..., 4:7], lag, grid=grid)
 
 
 def attitude_step(
@@ -105,3 +114,24 @@ def attitude_step(
     state = tableau_step(tableau, lambda y, point: derivative(y, point, body, rising=rising), state, h, points)
     state = dataclasses.replace(state, quaternion=quaternion.normalize(state.quaternion))
     return state if before is None else past_turns(state, h, before, points[-1], body)
+
+
+def trajectory(states: Float[np.ndarray, "cases samples parts"], error: float | None, rods: int) -> Trajectory:
+    """Of components at the requested times, with lag and heat of so many rods.
+
+    A case that is not finite is NaN and listed in `diverged`.
+    """
+    q = states[..., :4]
+    with np.errstate(all="ignore"):
+        length = np.linalg.norm(q, axis=-1, keepdims=True)
+        unit = q / length
+    # A motion thrown out by unstable steps may still be finite: its quaternion is not of unit length.
+    finite = np.isfinite(states).all(axis=(1, 2)) & np.all(np.abs(length - 1.0) < 0.5, axis=(1, 2))
+    return Trajectory(
+        quaternion=jnp.asarray(np.where(finite[:, None, None], unit, np.nan)),
+        angular_velocity=jnp.asarray(states[..., 4:7]),
+        rod_lag=jnp.asarray(states[..., 7 : 7 + rods]) if rods else None,
+        rod_heat=jnp.asarray(states[..., 7 + rods :]) if rods else None,
+        error=error,
+        diverged=tuple(np.flatnonzero(~finite).tolist()),
+    )

@@ -3,7 +3,6 @@
 import dataclasses
 import functools
 import math
-from collections.abc import Callable
 
 import equinox as eqx
 import jax
@@ -12,12 +11,11 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxsat.dynamics import AttitudeState, rigid_body
-from jaxsat.environment import OrbitTable
-from jaxsat.environment.surroundings import Surroundings
 from jaxsat.integrators import DORMAND_PRINCE_8, AdamsGrid, StepGrid, Tableau
 from jaxsat.integrators.adams import ORDER, REACH, STABLE
 from jaxsat.integrators.grid import BLOCK
 from jaxsat.math import quaternion
+from jaxsat.simulate.by_turns import grid_of, move_lanes
 from jaxsat.simulate.checks import (
     check_numbers,
     check_satellite,
@@ -26,22 +24,21 @@ from jaxsat.simulate.checks import (
     check_tolerance,
     in_unit_length,
 )
-from jaxsat.simulate.on_grid import Trajectory, by_adams, simulate_on_grid
-from jaxsat.simulate.turns import TURN_ORDER
+from jaxsat.simulate.course import lay_course
+from jaxsat.simulate.on_grid import Trajectory, by_adams, simulate_on_grid, trajectory
+from jaxsat.simulate.rates import fastest_rate
+from jaxsat.simulate.tabulating import Tabulate, bucket, jumps
 from jaxsat.spacecraft import Spacecraft
 from jaxsat.torques import AbstractTorque, torques_of
-
-Tabulate = Callable[..., OrbitTable]
-"""Called with times [s] it gives the orbit's table at them: `jaxsat.environment.Surroundings`, or a function."""
 
 COARSER = 1.5
 """Ratio of the steps of the two runs that are compared."""
 ATTEMPTS = 12
+TURN_REACH = 1.0
+"""`reach` of Dormand-Prince 8 where steps end at turns: half, for tumbling motions make their errors grow."""
 UNRESOLVED = 0.1
 """Two runs that are so far apart [rad] do not yet tell how their errors fall."""
 MOST_STEPS = 2_000_000
-ROUND_MU = 4.0e14
-"""The Earth's gravitational parameter [m^3/s^2], rounded: what it enters is a scale of rates."""
 
 
 def simulate(
@@ -72,29 +69,52 @@ def simulate(
     initial = in_unit_length(initial, "simulate")
     times = np.asarray(times, float)
     check_surroundings(surroundings, start, times, "simulate")
-    if tableau is None and not _smooth(spacecraft, surroundings, start, torques):
+    if tableau is None and (initial.rod_lag is not None or not _smooth(spacecraft, surroundings, start, torques)):
         tableau = DORMAND_PRINCE_8
     order, reach, stable = (ORDER, REACH, STABLE) if tableau is None else (tableau.order, tableau.reach, math.inf)
     rate, table = _rate(spacecraft, initial, surroundings, np.array([float(start)]))
     check_table(table, "simulate")
+
+    longest = longest_step(times, start, tableau, jumps(surroundings))
+    first = first_reach(tolerance, order, reach, stable)
+    if initial.rod_lag is not None and tableau is not None:
+        first = min(first, first_reach(tolerance, order, TURN_REACH, stable))
+        body = rigid_body(spacecraft, torques)
+        layout = lay_course(surroundings, times, start, tolerance, "simulate", initial.quaternion.dtype)
+
+        def lanes(reach):
+            return _by_turns(initial, body, layout, times, start, tableau, reach, longest)
+
+        _, error, motion = hold(tolerance, first, order, times * float(rate), start * float(rate), lanes)
+        return dataclasses.replace(motion, error=error)
 
     def attempt(step):
         if tableau is None and np.any(times != start):
             return _adams_at_step(spacecraft, initial, surroundings, times, start, torques, step)
         return _at_step(spacecraft, initial, surroundings, times, start, torques, tableau or DORMAND_PRINCE_8, step)
 
-    longest = longest_step(times, start, tableau, jumps(surroundings))
-    first = min(first_reach(tolerance, order, reach, stable) / float(rate), longest / COARSER)
-    # The turns of the rods' fields are of lower order than the method.
-    order = order if initial.rod_lag is None else min(order, TURN_ORDER)
-    _, error, motion = hold(tolerance, first, order, times, start, attempt)
+    def both(step):
+        return attempt(step), attempt(COARSER * step)
+
+    _, error, motion = hold(tolerance, min(first / float(rate), longest / COARSER), order, times, start, both)
     return dataclasses.replace(motion, error=error)
 
 
-def jumps(surroundings: Tabulate) -> np.ndarray | None:
-    """Times at which what is commanded jumps, if anything is [s]."""
-    commands = surroundings.commands if isinstance(surroundings, Surroundings) else None
-    return None if commands is None else commands.jumps()
+def _by_turns(initial, body, layout, times, start, tableau, reach, longest) -> tuple[Trajectory, Trajectory]:
+    """Two lanes of one satellite, the second in longer steps."""
+    ratio = np.array([1.0, COARSER])
+    moved = move_lanes(
+        jax.tree.map(lambda leaf: jnp.stack([leaf, leaf]), initial),
+        body,
+        layout,
+        reach=reach * ratio,
+        max_step=longest * ratio / COARSER,
+        tableau=tableau,
+        recorded=True,
+    )
+    motions = trajectory(moved.states, None, initial.rod_lag.shape[0])
+    fine, coarse = (jax.tree.map(lambda leaf, lane=lane: leaf[lane], motions) for lane in (0, 1))
+    return dataclasses.replace(fine, grid=grid_of(moved, layout, times, start, tableau)), coarse
 
 
 def _smooth(spacecraft, surroundings, start, torques) -> bool:
@@ -123,20 +143,21 @@ def longest_step(times: np.ndarray, start: float, tableau: Tableau | None, stops
     return float(np.max(np.abs(grid.step)))
 
 
-def hold(tolerance, first_step, order, times, start, attempt):
+def hold(tolerance, first_step, order, times, start, pair):
     """Step, error and result of the first attempt that agrees within `tolerance` with one of 1.5 times its step.
 
-    `attempt(step)` returns something with a `quaternion`. Raises ValueError where no step does.
+    `pair(step)` returns both, things with a `quaternion`. Raises ValueError where no step does.
     """
-    span, best = float(np.max(np.abs(times - start), initial=0.0)), np.inf
+    span, best, agreed = float(np.max(np.abs(times - start), initial=0.0)), np.inf, 0.0
     step = min(first_step, max(span, 1e-3))
     stale, tried = 0, False
     for _ in range(ATTEMPTS):
         if span > MOST_STEPS * step:
             break
         tried = True
-        fine, coarse = attempt(step), attempt(COARSER * step)
-        error = _largest_angle(fine.quaternion, coarse.quaternion)
+        fine, coarse = pair(step)
+        apart = angles(fine.quaternion, coarse.quaternion)
+        error = float(np.max(apart, initial=0.0))
         if error <= tolerance:
             return step, error, fine
         # Where shorter steps do not help, near rounding or at kinks, more of them will not; of a motion that is not
@@ -144,13 +165,24 @@ def hold(tolerance, first_step, order, times, start, attempt):
         stale += 0.5 * best < error < UNRESOLVED
         if np.isfinite(error) and (stale == 3 or (stale and error < 1e-9)):
             break
+        # But how far into it both runs agree: of a chaotic motion rounding leaves no more to be gained.
+        before, agreed = agreed, _agreement(apart, np.abs(times - start), tolerance)
+        if error >= UNRESOLVED and 0.0 < agreed < 1.05 * before:
+            break
         best = min(best, error)
         # Nor of how fast the error falls.
         shrink = (0.5 * tolerance / error) ** (1.0 / order) if error < UNRESOLVED else 0.5
         step *= max(0.25, shrink)
     told = "no motion was finite" if tried else f"more than {MOST_STEPS} steps would be needed"
     told = f"the best agreement was {best:.1e} rad" if best < np.inf else told
+    told += f", within the tolerance for the first {agreed / span:.0%} of the time" if agreed > 0.0 else ""
     raise ValueError(f"no step holds a tolerance of {tolerance:g} rad; {told}")
+
+
+def _agreement(apart, passed, tolerance) -> float:
+    """Time passed [s] at the last sample before which no attitude is farther apart than the tolerance."""
+    wrong = np.flatnonzero(np.max(apart.reshape(-1, len(passed)), axis=0) > tolerance)
+    return 0.0 if not wrong.size or wrong[0] == 0 else float(passed[wrong[0] - 1])
 
 
 @eqx.filter_jit
@@ -159,27 +191,11 @@ def _rate(spacecraft, initial, surroundings, start):
     return fastest_rate(spacecraft, initial, table), table
 
 
-def fastest_rate(spacecraft: Spacecraft, initial: AttitudeState, table: OrbitTable) -> Float[Array, ""]:
-    """Rate scale of the coming motion [rad/s]: root of the squares of spin, swing in the field and orbital rate.
-
-    A dipole m in a field B swings at sqrt(m B / J); a satellite turns about the vertical at the orbit's own rate.
-    """
-    smallest = jnp.linalg.eigvalsh(spacecraft.inertia)[0]
-    r, b = (jnp.linalg.norm(x, axis=-1)[0] for x in (table.position_eci, table.b_field_eci))
-    magnet = 0.0 if spacecraft.magnet is None else jnp.linalg.norm(spacecraft.magnet)
-    rods = 0.0 if spacecraft.rods is None else jnp.sum(jnp.abs(spacecraft.rods.moments))
-    # Over an orbit the field grows to twice what it is at the start, or falls.
-    swing = 2.0 * (magnet + rods) * b / smallest
-    orbital = ROUND_MU / r**3
-    return jnp.sqrt(jnp.sum(initial.angular_velocity**2) + swing + orbital)
-
-
-def _largest_angle(p, q) -> float:
-    """Largest angle between attitudes [rad]; infinite where one of them is not an attitude: the steps were unstable."""
-    if p.size == 0:
-        return 0.0
-    lengths = [float(np.min(np.nan_to_num(np.linalg.norm(np.asarray(x), axis=-1)))) for x in (p, q)]
-    return float(np.max(np.asarray(_apart(p, q)))) if min(lengths) > 0.5 else math.inf
+def angles(p, q) -> np.ndarray:
+    """Angles between attitudes [rad]; infinite where one of them is not an attitude: the steps were unstable."""
+    lengths = [np.nan_to_num(np.linalg.norm(np.asarray(x), axis=-1)) for x in (p, q)]
+    apart = np.asarray(_apart(p, q)) if p.size else np.zeros(p.shape[:-1])
+    return np.where(np.minimum(*lengths) > 0.5, apart, np.inf)
 
 
 @jax.jit
@@ -195,11 +211,6 @@ def _at_step(spacecraft, initial, surroundings, times, start, torques, tableau, 
     # Few shapes, few compilations: the steps' number is rounded up, and the rest is not computed.
     grid = lay(pad_steps=bucket(used))
     return _run(spacecraft, initial, surroundings, grid, torques, tableau, np.asarray(used // BLOCK))
-
-
-def bucket(count: int) -> int:
-    """The number of steps that a program is compiled for, so that lengths share one."""
-    return max(64, 1 << (count - 1).bit_length())
 
 
 @eqx.filter_jit

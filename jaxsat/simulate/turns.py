@@ -33,13 +33,14 @@ class RodFields(eqx.Module):
 
 def rod_fields(state: AttitudeState, point: OrbitTable, body: RigidBody) -> RodFields:
     """Fields along the rods of a satellite, and their rates."""
-    rods, around = _rods_of(body), body_environment(state, point)
+    rods, around = rods_of(body), body_environment(state, point)
     source = "tabulate_orbit(..., field_rate=True)"
     rate = required(around.b_field_rate_body, "AttitudeState.rod_lag", "OrbitTable.b_rate_eci", source)
     return RodFields(field_along_rods(rods, around.b_field_body), field_along_rods(rods, rate))
 
 
-def _rods_of(body: RigidBody) -> HysteresisRods:
+def rods_of(body: RigidBody) -> HysteresisRods:
+    """The rods of a satellite; ValueError where it has none."""
     rods = body.spacecraft.hysteresis_rods
     return required(rods, "AttitudeState.rod_lag", "Spacecraft.hysteresis_rods", "the rods, as HysteresisRods")
 
@@ -52,7 +53,7 @@ def past_turns(
     Since its turn a rod has changed its lag as the square of the time, so that what it missed of torque is a third of
     what it misses at the end, over that time, and for the attitude a twelfth over the time squared.
     """
-    rods, after = _rods_of(body), rod_fields(state, point, body)
+    rods, after = rods_of(body), rod_fields(state, point, body)
     branch = required(state.rod_lag, "past_turns", "AttitudeState.rod_lag", "the state of a step with rods")
     rising = before.rate >= 0.0
     turned = rising != (after.rate >= 0.0)

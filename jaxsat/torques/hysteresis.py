@@ -24,7 +24,7 @@ from jaxsat.torques.abstract import AbstractTorque, BodyEnvironment, required
 from jaxsat.torques.magnetic import magnetic_torque
 
 
-def _steepness(rods: HysteresisRods) -> Float[Array, " rods"]:
+def steepness(rods: HysteresisRods) -> Float[Array, " rods"]:
     return jnp.tan(0.5 * math.pi * rods.remanence / rods.saturation) / rods.coercive_field
 
 
@@ -38,7 +38,7 @@ def induction_from_lag(
 ) -> Float[Array, " rods"]:
     """Flux density in each rod [T] in a field [T]."""
     effective = field_along_rods(rods, b_field_body) - rods.coercive_field * lag
-    return 2.0 / math.pi * rods.saturation * jnp.arctan(_steepness(rods) * effective)
+    return 2.0 / math.pi * rods.saturation * jnp.arctan(steepness(rods) * effective)
 
 
 def lag_from_induction(
@@ -49,7 +49,7 @@ def lag_from_induction(
     Zero induction, a demagnetised rod, is where a simulation usually starts: in a strong field beyond the loops.
     """
     saturated = jnp.clip(induction / rods.saturation, -0.999, 0.999)
-    effective = jnp.tan(0.5 * math.pi * saturated) / _steepness(rods)
+    effective = jnp.tan(0.5 * math.pi * saturated) / steepness(rods)
     return (field_along_rods(rods, b_field_body) - effective) / rods.coercive_field
 
 
