@@ -33,6 +33,10 @@ class Cells(eqx.Module):
     shadow: CylinderShadow | ConeShadow | None
     """What the solar pressure has still to be multiplied by: an edge that no polynomial follows."""
 
+    def span(self, count: Int[Array, ""]) -> Float[Array, ""]:
+        """Length of a number of cells [s]."""
+        return count.astype(self.length.dtype) * self.length
+
     def read(self, polynomials: OrbitTable, since: Float[Array, ""]) -> OrbitTable:
         """The table, with the field's rate, at a time counted from the start of the polynomials' cell [s]."""
         x, per_second = 2.0 * since / self.length - 1.0, 2.0 / self.length

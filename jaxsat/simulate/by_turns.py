@@ -26,8 +26,8 @@ class Moved:
 
     states: Float[np.ndarray, "cases samples parts"]
     """Quaternion, angular velocity, lag and heat of the rods."""
-    steps: Float[np.ndarray, "steps 2"]
-    """Length [s] and travel of the first lane's."""
+    steps: Float[np.ndarray, "steps 2"] | None
+    """Length [s] and travel of those of the first lane, where they are recorded."""
 
 
 def move_lanes(
@@ -56,13 +56,16 @@ def move_lanes(
     while passes == STRETCH:
         run = onward(run, own, layout.course, tableau, varies=varies)
         passes = int(run.passes)
-        steps.append(np.asarray(run.steps[:passes]))
-    return Moved(np.asarray(run.kept)[:, layout.place], np.concatenate(steps))
+        if run.steps is not None:
+            steps.append(np.asarray(run.steps)[:passes])
+    return Moved(np.asarray(run.kept)[:, layout.place], np.concatenate(steps) if recorded else None)
 
 
-def grid_of(moved: Moved, layout: Layout, times: np.ndarray, start: float, tableau: Tableau) -> StepGrid:
+def grid_of(
+    steps: Float[np.ndarray, "steps 2"], layout: Layout, times: np.ndarray, start: float, tableau: Tableau
+) -> StepGrid:
     """Grid of the steps that were taken through the times, short enough for the lag itself to be integrated."""
-    taken = moved.steps[moved.steps[:, 0] != 0.0]
+    taken = steps[steps[:, 0] != 0.0]
     ends = start + np.cumsum(taken[:, 0])
     # Sums of lengths round: at the marks the ends are known.
     marks = layout.marks[layout.marks != start]

@@ -49,7 +49,7 @@ class Cubic(eqx.Module):
         falls = left < NEVER
         begin = jnp.where(falls, left, 0.0)
         root = begin + high / jnp.where(falls, high - low, 1.0) / LOOKS
-        for _ in range(3):
+        for _ in range(4):
             steep = self.slope + root * (2.0 * self._square + root * 3.0 * self._cube)
             newton = root - self.at(root) / jnp.where(steep == 0.0, 1.0, steep)
             root = jnp.minimum(jnp.maximum(newton, begin), begin + 1.0 / LOOKS)

@@ -7,6 +7,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float, Int, PyTree
 
 from jaxsat.dynamics import AttitudeState, RigidBody
@@ -59,8 +60,8 @@ class Run(eqx.Module):
     """Quaternion, angular velocity, lags and heats at the places."""
     passes: Int[Array, ""]
     """Of the last stretch."""
-    steps: Float[Array, "passes 2"]
-    """Length and travel of each step of the first lane in the last stretch; without rows where they are not wanted."""
+    steps: Float[Array, "passes 2"] | None
+    """Length and travel of each step of the first lane in the last stretch, where they are wanted."""
 
 
 @eqx.filter_jit
@@ -72,7 +73,7 @@ def begin(initial: AttitudeState, own: Own, course: Course, places: int, *, vari
     lanes = _each(started, (initial, own, mark, course.cells, first), varies=varies, number=course.marks.count)
     rods = lanes.beyond.shape[0]
     kept = jnp.full((count, places + 1, 7 + 2 * rods), jnp.nan, dtype)
-    return Run(lanes, kept, jnp.zeros((), jnp.int32), jnp.zeros((STRETCH if recorded else 0, 2), dtype))
+    return Run(lanes, kept, jnp.zeros((), jnp.int32), jnp.zeros((STRETCH, 2), dtype) if recorded else None)
 
 
 def onward(run: Run, own: Own, course: Course, tableau: Tableau, *, varies: bool) -> Run:
@@ -81,30 +82,33 @@ def onward(run: Run, own: Own, course: Course, tableau: Tableau, *, varies: bool
 
 
 def _stretch(run: Run, own: Own, course: Course, tableau: Tableau, varies: bool, within: Callable) -> Run:
-    marks = course.marks
     packed, unpacked = _packed(course.powers)
+    given, rest = eqx.partition((own, course.cells, course.marks), eqx.is_inexact_array)
+    # As one array: over some that nobody reads XLA ends the process where all is one function.
+    numbers, as_given = ravel_pytree(given)
 
     def one_pass(run):
         lanes = run.lanes
+        own, cells, marks = eqx.combine(as_given(numbers), rest)
         mark, under_way = marks.number(lanes.mark), lanes.mark < marks.count
-        stride = _each(planned, (lanes, own, mark, course.cells), varies=varies, number=run.passes)
+        stride = _each(planned, (lanes, own, mark, cells), varies=varies, number=run.passes)
         polynomials = unpacked(packed[stride.cell])
-        new, taken = _tried(lanes, own, stride, mark, course.cells, polynomials, tableau, varies, run.passes)
+        new, taken = _tried(lanes, own, stride, mark, cells, polynomials, tableau, varies, run.passes)
         lost = ~jnp.isfinite(jnp.sum(jnp.concatenate(jax.tree.leaves(new.moving)), axis=0)) | (new.longest < BRIEF)
         arrived = under_way & taken.arrived & ~lost
         place = jnp.where(arrived, marks.place[jnp.minimum(lanes.mark, marks.count - 1)], run.kept.shape[1] - 1)
         new = eqx.tree_at(lambda lane: lane.mark, new, jnp.where(lost, marks.count, new.mark))
-        new = jax.tree.map(lambda a, b: jnp.where(under_way, a, b), new, lanes)
+        new = jax.tree.map(lambda a, b: jnp.where(under_way.reshape(*(1,) * (a.ndim - 1), -1), a, b), new, lanes)
         lag = lag_from_nearness(new.moving.nearness, new.beyond, new.rising)
         found = jnp.concatenate([new.moving.quaternion, new.moving.angular_velocity, lag, new.moving.heat]).T
         steps = run.steps
-        if steps.shape[0] > 0:
+        if steps is not None:
             row = jnp.stack([jnp.where(under_way, taken.length, 0.0)[0], taken.travel[0]])
             steps = jax.lax.dynamic_update_index_in_dim(steps, row, run.passes, 0)
         return Run(new, _put(run.kept, place, found), run.passes + 1, steps)
 
     def go_on(run):
-        return (run.passes < STRETCH) & jnp.any(run.lanes.mark < marks.count)
+        return (run.passes < STRETCH) & jnp.any(run.lanes.mark < course.marks.count)
 
     def loop(run):
         return jax.lax.while_loop(go_on, one_pass, run)
@@ -145,7 +149,7 @@ def _tried(lanes, own, stride, mark, cells, polynomials, tableau, varies, passes
         given = (moving(place), share, lanes, own, stride, mark, cells, polynomials)
         found = jnp.concatenate(jax.tree.leaves(_each(slope, given, varies=varies, number=number)))
         slopes = jax.lax.dynamic_update_index_in_dim(slopes, found, number, 0)
-        return (start + stride.length * weighted_sum(row, slopes), slopes), None
+        return (start + stride.length[None] * weighted_sum(row, slopes), slopes), None
 
     blank = jnp.zeros((len(shares), *start.shape), start.dtype)
     (end, slopes), _ = jax.lax.scan(stage, (start, blank), (jnp.arange(len(shares)), rows, shares))

@@ -145,7 +145,7 @@ def planned(lane: Lane, own: Own, mark: Mark, cells: Cells) -> Stride:
     h = jnp.where(whole, remaining, jnp.sign(remaining) * jnp.minimum(even, lane.longest))
     passed = jnp.floor((lane.since + 0.5 * h) / cells.length).astype(jnp.int32)
     cell = jnp.minimum(jnp.maximum(lane.cell + passed, 0), cells.count - 1)
-    return Stride(h, remaining, whole, cell, lane.since - (cell - lane.cell) * cells.length)
+    return Stride(h, remaining, whole, cell, lane.since - cells.span(cell - lane.cell))
 
 
 def slope(
@@ -218,7 +218,7 @@ def settled(
         turning,
         _pull(own, point),
         jnp.where(arrived, mark.cell, stride.cell + passed),
-        jnp.where(arrived, mark.since, since - passed * cells.length),
+        jnp.where(arrived, mark.since, since - cells.span(passed)),
         lane.mark + arrived.astype(jnp.int32),
         jnp.full_like(h, jnp.inf),
     )
@@ -233,7 +233,7 @@ def _pull(own, point):
 
 
 def _to_mark(mark, cell, since, cells):
-    return mark.since - since + (mark.cell - cell) * cells.length
+    return mark.since - since + cells.span(mark.cell - cell)
 
 
 def _read(cells, polynomials, since, mark, to_mark) -> OrbitTable:

@@ -114,7 +114,7 @@ def _by_turns(initial, body, layout, times, start, tableau, reach, longest) -> t
     )
     motions = trajectory(moved.states, None, initial.rod_lag.shape[0])
     fine, coarse = (jax.tree.map(lambda leaf, lane=lane: leaf[lane], motions) for lane in (0, 1))
-    return dataclasses.replace(fine, grid=grid_of(moved, layout, times, start, tableau)), coarse
+    return dataclasses.replace(fine, grid=grid_of(moved.steps, layout, times, start, tableau)), coarse
 
 
 def _smooth(spacecraft, surroundings, start, torques) -> bool:
