@@ -1,8 +1,8 @@
 """How long satellites with hysteresis rods take, and where their energy goes.
 
 A 1U with a magnet of 0.06 A m^2 and two rods, which leaves its launcher at some 6 deg/s, in IGRF-14 at 500 km. Run
-`python -m experiments.benchmarks.hysteresis [--quick]`; it writes hysteresis.json and hysteresis.png beside it. Each run is done
-twice and the second one counts: programs are compiled by then.
+`python -m experiments.benchmarks.hysteresis [--quick] [--out DIR]`; it writes hysteresis.json and hysteresis.png. Each
+run is done twice and the second one counts: programs are compiled by then.
 """
 
 import argparse
@@ -62,11 +62,11 @@ def book(motion: Trajectory, times: np.ndarray) -> dict[str, np.ndarray]:
     gravity gradient have done, by Simpson's rule; and the heat of the loops that the motion tells.
     """
     table = AROUND(times)
-    step, b_eci = 1.0, np.asarray(table.b_field_eci)
-    b_rate = (np.asarray(AROUND(times + step).b_field_eci) - np.asarray(AROUND(times - step).b_field_eci)) / (2 * step)
+    step, b_eci = 1.0, np.array(table.b_field_eci)
+    b_rate = np.array(AROUND(times + step).b_field_eci - AROUND(times - step).b_field_eci) / (2 * step)
     into_body = Rotation.from_quat(np.asarray(motion.quaternion), scalar_first=True).inv()
     w, b, b_rate = np.asarray(motion.angular_velocity), into_body.apply(b_eci), into_body.apply(b_rate)
-    r = into_body.apply(np.asarray(table.position_eci))
+    r = into_body.apply(np.array(table.position_eci))
     moment = MAGNET + np.asarray(jax.vmap(lambda z, b: hysteresis_dipole(RODS, z, b))(motion.rod_lag, jnp.asarray(b)))
     pull = 3 * MU / np.linalg.norm(r, axis=1, keepdims=True) ** 5 * np.cross(r, r @ INERTIA)
     entries = {
@@ -95,7 +95,7 @@ def main() -> None:
     """Print and write all figures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="a hundredth of the cases")
-    parser.add_argument("--out", type=Path, default=Path(__file__).parent)
+    parser.add_argument("--out", type=Path, default=Path())
     options = parser.parse_args()
     warnings.simplefilter("ignore", UserWarning)
     figures = {}

@@ -76,7 +76,7 @@ class Batch:
 
     def of(self, chosen: np.ndarray) -> "Batch":
         """The same of some of the cases, in the order given."""
-        if len(chosen) == self.cases:
+        if np.array_equal(chosen, np.arange(self.cases)):
             return self
         initial, own = jax.tree.map(
             lambda leaf: jnp.asarray(np.asarray(leaf)[chosen]), (self.initial, self.spacecraft if self.varies else None)
@@ -167,13 +167,10 @@ class Batch:
 
         def one(places):
             numbers = chosen[places]
-            initial, craft = (
-                jax.tree.map(lambda leaf: jnp.asarray(np.asarray(leaf)[numbers]), tree) if over_cases else tree
-                for tree, over_cases in ((self.initial, True), (self.spacecraft, varies))
-            )
+            some = self.of(numbers)
             return move_lanes(
-                initial,
-                self._body(craft),
+                some.initial,
+                some._body(some.spacecraft),
                 layout,
                 reach=reach[places],
                 max_step=np.full(len(numbers), max_step),

@@ -13,6 +13,7 @@ from jaxsat.integrators import StepGrid, Tableau
 from jaxsat.simulate.course import Layout
 from jaxsat.simulate.lane_loop import STRETCH, begin, onward
 from jaxsat.simulate.lanes import Own
+from jaxsat.torques.abstract import required
 
 LONGEST_SHARE = 0.5
 """Of a cell that a step may span."""
@@ -62,9 +63,10 @@ def move_lanes(
 
 
 def grid_of(
-    steps: Float[np.ndarray, "steps 2"], layout: Layout, times: np.ndarray, start: float, tableau: Tableau
+    steps: Float[np.ndarray, "steps 2"] | None, layout: Layout, times: np.ndarray, start: float, tableau: Tableau
 ) -> StepGrid:
     """Grid of the steps that were taken through the times, short enough for the lag itself to be integrated."""
+    steps = required(steps, "grid_of", "steps", "those that move_lanes has recorded")
     taken = steps[steps[:, 0] != 0.0]
     ends = start + np.cumsum(taken[:, 0])
     # Sums of lengths round: at the marks the ends are known.

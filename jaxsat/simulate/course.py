@@ -72,7 +72,8 @@ def lay_course(
     at = direction * at
     cell = np.clip(np.floor((at - start) / length), 0, count - 1).astype(np.int32)
     pad = functools.partial(np.pad, pad_width=(0, bucket(len(at)) - len(at)), mode="edge")
-    held = None if stops is None else surroundings.commands(np.concatenate([[start], at]))
+    commands = surroundings.commands if isinstance(surroundings, Surroundings) else None
+    held = None if commands is None else commands(np.concatenate([[start], at]))
     held = jax.tree.map(lambda x: jnp.asarray(pad(x[1:]), dtype), held)
     since = jnp.asarray(pad((at - start) - cell * length), dtype)
     marks = Marks(

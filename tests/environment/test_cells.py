@@ -38,6 +38,7 @@ def test_table_and_its_derivatives_are_given_back_also_beyond_a_cell(start, end)
     np.testing.assert_allclose(found.position_eci, table(times).position_eci, atol=7e6 * 1e-10)
     np.testing.assert_allclose(found.b_field_eci, derivative(times, 0), atol=3e-5 * 1e-10)
     # A derivative over a cell is worse by degree squared over its half.
+    assert found.b_rate_eci is not None
     np.testing.assert_allclose(found.b_rate_eci, derivative(times, 1), atol=3e-5 * 1e-10 * 2)
     np.testing.assert_allclose(second, derivative(times, 2), atol=3e-5 * 1e-10 * 4)
 
