@@ -141,8 +141,9 @@ class Batch:
             better = left[error < errors[left]]
             found[better], errors[better] = fine[error < errors[left]], error[error < errors[left]]
             shrink = np.where(error < UNRESOLVED, (0.5 * tolerance / error) ** (1.0 / DORMAND_PRINCE_8.order), 0.25)
-            reach[left] *= np.clip(shrink, 0.25, 0.9)
-            left = left[(error > tolerance) & (reach[left] > LEAST_REACH)]
+            before = reach[left]
+            reach[left] = np.maximum(np.clip(shrink, 0.25, 0.9) * before, LEAST_REACH)
+            left = left[(error > tolerance) & (before > 1.2 * LEAST_REACH)]
         return found, errors
 
     def rates(self) -> Float[np.ndarray, " cases"]:
