@@ -65,7 +65,7 @@ def fit(
         raise ValueError("a fit works in 64-bit numbers and JAX in 32-bit ones: call jaxsat.set_up_jax() first")
     settings = settings or FitSettings()
     if free is not None:
-        settings = settings.changed(free=tuple(free.split(",") if isinstance(free, str) else free))
+        settings = settings.changed(free=free)
     if holdout is not None:
         settings = settings.changed(holdout=holdout)
     began = time.perf_counter()

@@ -9,6 +9,7 @@ from cyclopts import Parameter, validators
 
 from jaxsat.cli.shared.folders import default_folder
 from jaxsat.cli.shared.options import whole_number
+from jaxsat.cli.shared.talk import USUAL, Talking
 from jaxsat.errors import InputError
 
 if TYPE_CHECKING:
@@ -58,6 +59,7 @@ def almanac(
         Parameter(help="Harmonics of the series.", converter=whole_number, validator=validators.Number(gte=1, lte=20)),
     ] = 6,
     out: Annotated[Path, Parameter(help="Directory for the results.")] = default_folder("almanac"),
+    talk: Talking = USUAL,
 ) -> int:
     """Print where Sun, Moon and Greenwich are: apparent places of date, in degrees.
 
@@ -81,7 +83,6 @@ def almanac(
         more, errors = series_columns(epoch, t_s, series, harmonics, columns)
         columns |= more
 
-    from jaxsat.cli.shared.terminal import show
     from jaxsat.files.csv_files import write_columns_csv
     from jaxsat.files.json_files import plain, write_json
     from jaxsat.files.staging import staged_directory
@@ -98,7 +99,8 @@ def almanac(
     with staged_directory(out, FILES) as stage:
         write_columns_csv(stage / "almanac.csv", t_s, epoch, columns)
         write_json(stage / "almanac.json", plain(document)[0])
-    show(*_summary(found, errors, series, harmonics), f"\nresults in {out}")
+    summary = _summary(found, errors, series, harmonics)
+    talk.result(*summary, f"\nresults in {out}", document=out / "almanac.json")
     return 0
 
 

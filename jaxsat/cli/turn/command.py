@@ -1,7 +1,6 @@
 """`jaxsat turn`: a satellite turned by hand about the field or about the Sun line, against one sample's currents."""
 
 import math
-import sys
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -10,6 +9,7 @@ from cyclopts import Parameter
 from jaxsat.bundled import BUNDLED
 from jaxsat.cli.shared.folders import default_folder
 from jaxsat.cli.shared.options import ConfigFile, check_direction
+from jaxsat.cli.shared.talk import USUAL, Talking
 from jaxsat.errors import InputError
 
 SCHEMA = "jaxsat.turn/1"
@@ -52,6 +52,7 @@ def turn(
     config: ConfigFile = None,
     out: Annotated[Path, Parameter(help="Directory for the results.")] = default_folder("turn"),
     plots: Annotated[bool, Parameter(help="Draw the picture.")] = True,
+    talk: Talking = USUAL,
 ) -> int:
     """Turn the satellite about the field or the Sun line and compare currents.
 
@@ -70,7 +71,7 @@ def turn(
 
     settings = read_settings(config)
     if file is None:
-        print(f"jaxsat: no file given: taking the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
+        talk.note(f"no file given: taking the bundled synthetic session {BUNDLED.name}")
 
     from jaxsat.numerics import set_up_jax
 
@@ -84,7 +85,6 @@ def turn(
     from fitting.local.turn import turned_sample
     from fitting.session import prepare_session
     from jaxsat.cli.local.files import CONVENTION
-    from jaxsat.cli.shared.terminal import show
     from jaxsat.files.json_files import plain, write_json
     from jaxsat.files.staging import staged_directory
     from jaxsat.math import quaternion
@@ -167,9 +167,10 @@ def turn(
         }
         write_json(stage / "turn.json", plain(document)[0])
     rms = f"{1e3 * float(here.fit.rms):.3g} mA"
-    show(
+    talk.result(
         f"{prepared.label}: {title[0].lower()}{title[1:]} by {chosen:.4g} deg: residual RMS {rms}",
         f"\nresults in {out}",
+        document=out / "turn.json",
     )
     return 0
 
