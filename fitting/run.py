@@ -25,6 +25,7 @@ from fitting.parameters.free import FreeParameters, free_parameters
 from fitting.profile.profiler import Profiler
 from fitting.report.fit.surroundings import Surroundings, look_around
 from fitting.settings import FitSettings
+from fitting.starts.guess import Guess, check_names
 from fitting.starts.multi_start import Progress
 from fitting.surroundings import surroundings
 from jaxsat.errors import InputError
@@ -45,6 +46,7 @@ def fit(
     settings: FitSettings | None = None,
     given: Given | None = None,
     profiles: Sequence[str] = (),
+    guess: Guess | None = None,
     progress: Progress = lambda *_: None,
     sky_ahead: bool = False,
     causes: bool = True,
@@ -54,7 +56,8 @@ def fit(
     `satellite` (`jaxsat.read_satellite`) holds the nominal values and the sensors, `session` (`jaxsat.read_telemetry`)
     the telemetry. `free` names what is fitted and `holdout` the share of the time that is only predicted, in place of
     those of `settings`; `given` is what of orbit, Earth and Sun shall not be found from session and satellite;
-    `profiles` names free parameters whose cost is walked along; with `sky_ahead` what a report shows of the
+    `profiles` names free parameters whose cost is walked along; from a `guess` (`fitting.read_guess`, or one's own) the
+    fit goes on without a search, and says so; with `sky_ahead` what a report shows of the
     surroundings is computed beside the fit; with `causes` the usual ones are tried where the data deny
     it or chi2 is doubtful (half a minute), and what explains a doubt denies it too. A fit that does not converge is a
     result with that status. Raises
@@ -68,6 +71,11 @@ def fit(
         settings = settings.changed(free=free)
     if holdout is not None:
         settings = settings.changed(holdout=holdout)
+    if guess is not None:
+        if satellite.motion.kind != "free":
+            reason = "a motion that is given is not guessed: leave the guess, or set motion.kind = 'free'"
+            raise InputError(reason, file=satellite.path, field="motion.kind")
+        check_names(guess, satellite.leaves)
     began = time.perf_counter()
     if given is not None and given.time.zero_s:
         session = session.with_time_zero(given.time.zero_s)
@@ -85,6 +93,7 @@ def fit(
             unknown_axes=task.unknown_axes,
             fit_until=task.fit_until,
             delayed=task.delayed,
+            guess=guess,
             progress=progress,
         )
     except InputError as error:
@@ -99,7 +108,8 @@ def fit(
             result = reconsidered(bench, result, progress)
     timing = {**result.timing_s, "prepare": result.timing_s["prepare"] + prepared}
     timing["total"] = time.perf_counter() - began
-    result = dataclasses.replace(result, timing_s=timing, remarks=(*task.remarks, *result.remarks))
+    told = task.remarks if guess is None else (guess.remark, *task.remarks)
+    result = dataclasses.replace(result, timing_s=timing, remarks=(*told, *result.remarks))
     about = session, satellite, settings, task.around, task.orbit_fit, task.sky
     return Fit(result, found, *about, profiler.profiles, profiler.reasons)
 

@@ -92,6 +92,14 @@ def fit(
             negative=(),
         ),
     ] = None,
+    guess: Annotated[
+        Path | None,
+        Parameter(
+            help="Start from here, without a search: attitude.csv of an earlier fit or of `jaxsat local`, the "
+            "directory of one (numbers of a fit's satellite are taken too), or TOML with quaternion, rate_deg_s, t_s "
+            "or utc. For one session."
+        ),
+    ] = None,
     limb: Annotated[
         Path | None,
         Parameter(
@@ -136,6 +144,8 @@ def fit(
         refuse_tables(files or ())
     if limb is not None and files and len(files) > 1:
         raise CycloptsError(msg=f"--limb holds the angles of one session, but {len(files)} files are given.")
+    if guess is not None and satellite is None and files and len(files) > 1:
+        raise CycloptsError(msg=f"--guess is of one session, but {len(files)} files are given.")
     # What is wrong with settings is told before the seconds that the imports of a fit take.
     options = {"free": free, "holdout": holdout, "arc_s": arc, "starts": starts, "seed": seed}
     if satellite is not None:
@@ -165,7 +175,10 @@ def fit(
     asked = {"clock": clock, "plots": plots, "causes": causes, "profiles": tuple(profile or ()), "talk": talk}
     # Tables are joined by time, RAW_SUN files are sessions by themselves.
     if satellite is not None or len(files) == 1:
-        return fit_one(files, out, read, **asked)().exit_status
+        from fitting.starts.guess_files import read_guess
+
+        begin = None if guess is None else read_guess(guess)
+        return fit_one(files, out, read, **asked, guess=begin)().exit_status
 
     from jaxsat.cli.fit.many import fit_many
 

@@ -14,6 +14,7 @@ from jaxsat.cli.shared.talk import Talk
 
 if TYPE_CHECKING:
     from fitting.fitted import Fit
+    from fitting.starts.guess import Guess
     from jaxsat.cli.fit.inputs import Inputs
 
 CONVERGED, BAD_INPUT, NOT_CONVERGED = 0, 1, 3
@@ -54,6 +55,7 @@ def fit_one(
     plots: bool,
     profiles: Sequence[str] = (),
     causes: bool = False,
+    guess: "Guess | None" = None,
     talk: Talk,
     alone: bool = True,
 ) -> Callable[[], Outcome]:
@@ -61,7 +63,7 @@ def fit_one(
 
     That says what was found too, if the session is `alone`; it is to be called, once, also where the outcome is of no
     interest. `profiles` names the parameters that get a profile; with `causes` the usual ones are tried where a fit is
-    denied. Raises `InputError`, as the writing may.
+    denied; a `guess` takes the place of the search. Raises `InputError`, as the writing may.
     """
     from fitting.report.fit.owned import owned_files
     from fitting.run import fit
@@ -77,7 +79,7 @@ def fit_one(
         # Importing matplotlib costs half a second; the solver leaves one core to Python.
         threading.Thread(target=importlib.import_module, args=("fitting.report.fit.files",), daemon=True).start()
         with talk.stages(session.name, patience_s=0.0) as progress:
-            how = {"given": inputs.given, "profiles": profiles, "causes": causes, "progress": progress}
+            how = {"given": inputs.given, "profiles": profiles, "causes": causes, "guess": guess, "progress": progress}
             found = fit(inputs.satellite, session, settings=inputs.settings, **how, sky_ahead=True)
             progress("writing results", 0, 0)
         found = found.after(before, total=time.perf_counter() - clock.began)
