@@ -10,7 +10,7 @@ from jaxsat.plotting import draw_turn_in_space
 
 ROUND = np.linspace(0.0, 2.0 * np.pi, 61)
 ELLIPSE = 1.2 * np.column_stack([np.cos(ROUND), np.sin(ROUND), 0.0 * ROUND])
-ANGLES = (30.0, 0.0, 90.0)
+ANGLES = (30.0, 10.0, 100.0)
 
 
 def test_faces_that_look_at_the_eye_are_seen():
@@ -29,7 +29,7 @@ def test_faces_that_look_at_the_eye_are_seen():
     )
     (axes,) = figure.axes
     cubes = [to_hex(patch.get_facecolor()) for patch in axes.patches if isinstance(patch, Polygon)]
-    # The eye is above the orbit, here that of the equator, on the satellite's side: body z and x of an unturned cube.
+    # The eye is above the orbit, here that of the equator, and on the satellite's side.
     eye = np.array([0.55, 0.0, 1.35])
     expected = [
         colour
@@ -39,4 +39,4 @@ def test_faces_that_look_at_the_eye_are_seen():
     ]
     assert cubes == [colour.lower() for colour in expected]
     texts = [text.get_text() for text in axes.texts]
-    assert {"turned by 30 deg", "0 deg", "90 deg", "Sun", "B", "nadir"} <= set(texts)
+    assert {"turned by 30 deg", "10 deg", "100 deg", "Sun", "B", "nadir"} <= set(texts)
