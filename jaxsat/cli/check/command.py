@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter
+from cyclopts import CycloptsError, Parameter
 
 if TYPE_CHECKING:
     from jaxsat.telemetry.checks import SessionCheck
@@ -15,7 +15,9 @@ def check(
     files: Annotated[list[Path], Parameter(help="Table of telemetry, CSV or Parquet; several are joined by time.")],
     /,
     *,
-    satellite: Annotated[Path, Parameter(help="Satellite file, TOML; `jaxsat init` drafts one.")],
+    satellite: Annotated[
+        Path | None, Parameter(help="Satellite file, TOML; `jaxsat init TABLE` drafts one. (required)")
+    ] = None,
     out: Annotated[Path | None, Parameter(help="Directory for check.json. [default: nothing is written]")] = None,
 ) -> int:
     """Say what is odd about telemetry before any fit.
@@ -30,6 +32,8 @@ def check(
 
     Example: jaxsat check pass.csv --satellite sat.toml --out pass-check
     """
+    if satellite is None:
+        raise CycloptsError(msg=f"--satellite is missing; `jaxsat init {files[0]} > sat.toml` drafts one.")
     from jaxsat.numerics import set_up_jax
 
     set_up_jax()

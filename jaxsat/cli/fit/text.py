@@ -102,7 +102,9 @@ def _together(fixed: list[tuple[str, str]]) -> list[str]:
 def _alternatives(result: "FitResult") -> Iterable[RenderableType]:
     rows = alternative_rows(result)
     if rows:
-        table = plain_table("other motions: chi2 above", "attitude differs by", "rate, deg/s", "axes", right=(0, 1))
+        table = plain_table(
+            "other motions or axes: chi2 above", "attitude differs by", "rate, deg/s", "axes", right=(0, 1)
+        )
         for row in rows[:SHOWN_ALTERNATIVES]:
             table.add_row(*row)
         yield table
