@@ -16,6 +16,7 @@ from fitting.measurements.assembly import Samples, channels_within
 from fitting.measurements.enough import check_light
 from fitting.measurements.given import is_told
 from fitting.measurements.sky import Around
+from fitting.measurements.units import turns_between
 from fitting.orbit.orbit_fit import OrbitFit
 from fitting.outcome.result import WRONG_MODEL
 from fitting.outcome.summary import summarize
@@ -72,6 +73,9 @@ def fit(
     if given is not None and given.time.zero_s:
         session = session.with_time_zero(given.time.zero_s)
     task = _prepare(satellite, session, settings, given, sky_ahead)
+    for remark in task.remarks:
+        # Before the search, which may be long by what it tells.
+        progress(remark, 0, 1)
     asked = [each for name in profiles for each in spelt_out(name, satellite.aliases)]
     profiler = Profiler(asked, task.parameters, settings.likelihood, progress)
     prepared = time.perf_counter() - began
@@ -145,6 +149,7 @@ def _prepare(
     if told is not None:
         channels, remarks = _where_told(channels, told, session)
     samples = Samples.of(channels, session.epoch, dict(session.columns), told)
+    remarks += tuple(turns_between(samples, model))
     sky = look_around(samples.t, around, session.epoch, at_once=sky_ahead)
     late = {leaf.place for leaf in leaves if leaf.name in free or leaf.sigma is not None}
     delayed = tuple(

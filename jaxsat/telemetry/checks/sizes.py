@@ -13,7 +13,7 @@ from jaxsat.telemetry.checks.around import Around
 from jaxsat.telemetry.checks.finding import Finding, finding, times_text
 from jaxsat.telemetry.table.session import Channel
 
-_FIELD_UNITS = ("nT", "uT", "mT", "T", "mG", "G")
+FIELD_UNITS = ("nT", "uT", "mT", "T", "mG", "G")
 _FASTEST_RAD_S = math.radians(120.0)
 _SHIFTS_S = np.arange(-600.0, 601.0, 10.0)
 _LEAST_SPAN_S = 900.0
@@ -80,7 +80,7 @@ def _field(sensor: Magnetometer, channel: Channel, around: Around) -> list[Findi
     numbers = {"ratio_to_igrf": middle, "spread_of_ratio": spread}
     if not 0.7 < middle < 1.4:
         written = parsed_unit(channel.unit)
-        fits = [unit for unit in _FIELD_UNITS if 0.7 < middle * parsed_unit(unit).factor / written.factor < 1.4]
+        fits = [unit for unit in FIELD_UNITS if 0.7 < middle * parsed_unit(unit).factor / written.factor < 1.4]
         hint = f"; as {fits[0]} it would fit" if fits else ""
         return [finding(channel.name, f"{shown}: is the unit {channel.unit!r} right?{hint}", odd=True, numbers=numbers)]
     found = [finding(channel.name, shown, odd=spread > 0.15, numbers=numbers)]
