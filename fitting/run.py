@@ -11,7 +11,7 @@ import numpy as np
 from fitting.doctor.bench import Bench
 from fitting.doctor.examine import doubtful, examine, reconsidered
 from fitting.fitted import Fit
-from fitting.identify import identify
+from fitting.identify import Identified, identify
 from fitting.measurements.assembly import Samples, channels_within
 from fitting.measurements.enough import check_light
 from fitting.measurements.given import is_told
@@ -23,6 +23,8 @@ from fitting.outcome.summary import summarize
 from fitting.outcome.verdict import Background
 from fitting.parameters.chosen import chosen_leaves, spelt_out
 from fitting.parameters.free import FreeParameters, free_parameters
+from fitting.parameters.names import STATE
+from fitting.parameters.opposed import OPPOSED, is_opposed, turned_round
 from fitting.profile.profiler import Profiler
 from fitting.report.fit.surroundings import Surroundings, look_around
 from fitting.settings import FitSettings
@@ -80,17 +82,7 @@ def fit(
     profiler = Profiler(asked, task.parameters, settings.likelihood, progress)
     prepared = time.perf_counter() - began
     try:
-        found = identify(
-            task.samples,
-            satellite.model,
-            task.around,
-            task.parameters,
-            settings,
-            unknown_axes=task.unknown_axes,
-            fit_until=task.fit_until,
-            delayed=task.delayed,
-            progress=progress,
-        )
+        found, told = _identified(task, satellite, settings, progress)
     except InputError as error:
         raise InputError(error.reason, file=error.file or session.paths[0], field=error.field) from None
     result = summarize(found, _background(session, task.orbit_fit))
@@ -103,9 +95,36 @@ def fit(
             result = reconsidered(bench, result, progress)
     timing = {**result.timing_s, "prepare": result.timing_s["prepare"] + prepared}
     timing["total"] = time.perf_counter() - began
-    result = dataclasses.replace(result, timing_s=timing, remarks=(*task.remarks, *result.remarks))
+    result = dataclasses.replace(result, timing_s=timing, remarks=(*task.remarks, *told, *result.remarks))
     about = session, satellite, settings, task.around, task.orbit_fit, task.sky
     return Fit(result, found, *about, profiler.profiles, profiler.reasons)
+
+
+def _identified(
+    task: "_Task", satellite: Satellite, settings: FitSettings, progress: Progress
+) -> tuple[Identified, tuple[str, ...]]:
+    """The minima, and what is to be told of the way to them."""
+
+    def about(parameters: FreeParameters) -> Identified:
+        return identify(
+            task.samples,
+            satellite.model,
+            task.around,
+            parameters,
+            settings,
+            unknown_axes=task.unknown_axes,
+            fit_until=task.fit_until,
+            delayed=task.delayed,
+            progress=progress,
+        )
+
+    found = about(task.parameters)
+    x = np.asarray(found.minima[0].refined.points.x)[0, len(STATE) :]
+    if not is_opposed(found.parameters, x):
+        return found, ()
+    other = about(turned_round(task.parameters))
+    better = other.minima[0].refined.score[0] < found.minima[0].refined.score[0]
+    return other if better else found, (OPPOSED,)
 
 
 def _background(session: TableSession, orbit_fit: OrbitFit | None) -> Background:
