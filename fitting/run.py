@@ -28,6 +28,7 @@ from fitting.parameters.opposed import OPPOSED, is_opposed, turned_round
 from fitting.profile.profiler import Profiler
 from fitting.report.fit.surroundings import Surroundings, look_around
 from fitting.settings import FitSettings
+from fitting.starts.guess import Guess, check_names
 from fitting.starts.multi_start import Progress
 from fitting.surroundings import surroundings
 from jaxsat.errors import InputError
@@ -48,6 +49,7 @@ def fit(
     settings: FitSettings | None = None,
     given: Given | None = None,
     profiles: Sequence[str] = (),
+    guess: Guess | None = None,
     progress: Progress = lambda *_: None,
     sky_ahead: bool = False,
     causes: bool = True,
@@ -57,7 +59,8 @@ def fit(
     `satellite` (`jaxsat.read_satellite`) holds the nominal values and the sensors, `session` (`jaxsat.read_telemetry`)
     the telemetry. `free` names what is fitted and `holdout` the share of the time that is only predicted, in place of
     those of `settings`; `given` is what of orbit, Earth and Sun shall not be found from session and satellite;
-    `profiles` names free parameters whose cost is walked along; with `sky_ahead` what a report shows of the
+    `profiles` names free parameters whose cost is walked along; from a `guess` (`fitting.read_guess`, or one's own) the
+    fit goes on without a search, and says so; with `sky_ahead` what a report shows of the
     surroundings is computed beside the fit; with `causes` the usual ones are tried where the data deny
     it or chi2 is doubtful (half a minute), and what explains a doubt denies it too. A fit that does not converge is a
     result with that status. Raises
@@ -68,9 +71,14 @@ def fit(
         raise ValueError("a fit works in 64-bit numbers and JAX in 32-bit ones: call jaxsat.set_up_jax() first")
     settings = settings or FitSettings()
     if free is not None:
-        settings = settings.changed(free=tuple(free.split(",") if isinstance(free, str) else free))
+        settings = settings.changed(free=free)
     if holdout is not None:
         settings = settings.changed(holdout=holdout)
+    if guess is not None:
+        if satellite.motion.kind != "free":
+            reason = "a motion that is given is not guessed: leave the guess, or set motion.kind = 'free'"
+            raise InputError(reason, file=satellite.path, field="motion.kind")
+        check_names(guess, satellite.leaves)
     began = time.perf_counter()
     if given is not None and given.time.zero_s:
         session = session.with_time_zero(given.time.zero_s)
@@ -82,7 +90,7 @@ def fit(
     profiler = Profiler(asked, task.parameters, settings.likelihood, progress)
     prepared = time.perf_counter() - began
     try:
-        found, told = _identified(task, satellite, settings, progress)
+        found, told = _identified(task, satellite, settings, guess, progress)
     except InputError as error:
         raise InputError(error.reason, file=error.file or session.paths[0], field=error.field) from None
     result = summarize(found, _background(session, task.orbit_fit))
@@ -95,13 +103,14 @@ def fit(
             result = reconsidered(bench, result, progress)
     timing = {**result.timing_s, "prepare": result.timing_s["prepare"] + prepared}
     timing["total"] = time.perf_counter() - began
-    result = dataclasses.replace(result, timing_s=timing, remarks=(*task.remarks, *told, *result.remarks))
+    begin = () if guess is None else (guess.remark,)
+    result = dataclasses.replace(result, timing_s=timing, remarks=(*begin, *task.remarks, *told, *result.remarks))
     about = session, satellite, settings, task.around, task.orbit_fit, task.sky
     return Fit(result, found, *about, profiler.profiles, profiler.reasons)
 
 
 def _identified(
-    task: "_Task", satellite: Satellite, settings: FitSettings, progress: Progress
+    task: "_Task", satellite: Satellite, settings: FitSettings, guess: Guess | None, progress: Progress
 ) -> tuple[Identified, tuple[str, ...]]:
     """The minima, and what is to be told of the way to them."""
 
@@ -115,6 +124,7 @@ def _identified(
             unknown_axes=task.unknown_axes,
             fit_until=task.fit_until,
             delayed=task.delayed,
+            guess=guess,
             progress=progress,
         )
 

@@ -136,6 +136,17 @@ def number_of(options: Mapping[str, str], name: str, *, low: float = -math.inf, 
     return value
 
 
+def as_numbers(options: Mapping[str, str]) -> dict[str, int | float | str]:
+    """Options as results have them: those that are finite numbers as numbers."""
+    return {name: _number(text) for name, text in options.items()}
+
+
+def _number(text: str) -> int | float | str:
+    if not (_NUMBER.fullmatch(text.strip()) and math.isfinite(value := float(text))):
+        return text
+    return int(value) if value.is_integer() and abs(value) < 2**53 else value
+
+
 def choice_of(options: Mapping[str, str], name: str, choices: tuple[str, ...]) -> str:
     """Value of an option that is one of a few words; `InputError` for any other."""
     if options[name] not in choices:

@@ -9,7 +9,7 @@ import numpy as np
 
 from jaxsat.sweep.merge import read_metric
 from jaxsat.sweep.plan import SweepPlan
-from jaxsat.sweep.scenario import Scenario
+from jaxsat.sweep.scenario import Scenario, as_numbers
 
 SCHEMA = "jaxsat.sweep/1"
 PERCENTILES = {"p05": 5.0, "p50": 50.0, "p95": 95.0}
@@ -97,7 +97,7 @@ def document(
         "scenario": plan.scenario,
         "cases": plan.cases,
         "seed": plan.seed,
-        "options": plan.options,
+        "options": as_numbers(plan.options),
         **({"assumptions": list(scenario.assumptions)} if scenario.assumptions else {}),
         "chunk": plan.chunk,
         "succeeded": int(counts[0]),

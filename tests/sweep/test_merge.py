@@ -42,7 +42,7 @@ def test_summary_is_that_of_numpy(sweep):
     assert content["failed"] == np.flatnonzero(expected["status"]).tolist()
     assert content["succeeded"] + len(content["failed"]) == 500 == sum(content["statuses"].values())
     assert content["statuses"]["lost"] == np.count_nonzero(expected["status"] == 2) > 0
-    assert content["options"] == {"scale": "1", "pause_s": "0", "chunk": "8"}
+    assert content["options"] == {"scale": 1, "pause_s": 0, "chunk": 8}
     times = expected["settling_time_s"]
     known = times[~np.isnan(times)]
     assert content["metrics"]["settling_time_s"] == {

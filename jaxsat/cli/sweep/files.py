@@ -75,8 +75,8 @@ def draw(metrics: list[MetricSummary], plan: SweepPlan, status: np.ndarray) -> b
     return png_bytes(draw_distributions(metrics, title=plan.scenario, subtitle=subtitle))
 
 
-def sweep_summary(content: dict[str, Any], status: np.ndarray) -> RenderableType:
-    """Returns how many cases succeeded, the metrics, and which cases failed in which way."""
+def sweep_summary(content: dict[str, Any], status: np.ndarray, *, whole: bool = False) -> RenderableType:
+    """Returns how many cases succeeded, the metrics, and which cases failed in which way: all of them if `whole`."""
     failed = content["cases"] - content["succeeded"]
     header = Text.assemble(
         (content["scenario"], "bold"),
@@ -94,9 +94,8 @@ def sweep_summary(content: dict[str, Any], status: np.ndarray) -> RenderableType
         table = plain_table("failed because", "cases", "which", right=(1,))
         for code, (name, count) in enumerate(content["statuses"].items()):
             if code and count:
-                table.add_row(
-                    name.replace("_", " "), str(count), spans_text(np.flatnonzero(status == code).tolist(), SPANS)
-                )
+                which = np.flatnonzero(status == code).tolist()
+                table.add_row(name.replace("_", " "), str(count), spans_text(which, len(which) if whole else SPANS))
         parts.append(table)
     facts = Table.grid(padding=(0, 2))
     if content["options"]:

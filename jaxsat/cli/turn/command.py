@@ -1,19 +1,27 @@
 """`jaxsat turn`: a satellite turned by hand about the field or about the Sun line, against one sample's currents."""
 
 import math
-import sys
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
 from jaxsat.bundled import BUNDLED
 from jaxsat.cli.shared.folders import default_folder
 from jaxsat.cli.shared.options import ConfigFile, check_direction
+from jaxsat.cli.shared.talk import USUAL, Talking
 from jaxsat.errors import InputError
 
+if TYPE_CHECKING:
+    import numpy as np
+    from matplotlib.figure import Figure
+
+    from fitting.session import PreparedSession
+
 SCHEMA = "jaxsat.turn/1"
-FILES = ("turn.csv", "turn.png", "turn.json")
+FILES = ("turn.csv", "turn.png", "space.png", "turn.json")
+QUARTERS = (0.0, 90.0, 180.0, 270.0)
+"""Angles shown in space beside the chosen one [deg]."""
 
 
 def _finite(_: Any, value: float | None) -> None:
@@ -52,6 +60,7 @@ def turn(
     config: ConfigFile = None,
     out: Annotated[Path, Parameter(help="Directory for the results.")] = default_folder("turn"),
     plots: Annotated[bool, Parameter(help="Draw the picture.")] = True,
+    talk: Talking = USUAL,
 ) -> int:
     """Turn the satellite about the field or the Sun line and compare currents.
 
@@ -60,7 +69,8 @@ def turn(
     it there, as near as it comes, and body z in place of y where y is nearly
     along the axis. Writes turn.csv
     (every degree), turn.json (direction cosines, factors, currents and field in
-    body axes at the angle) and turn.png.
+    body axes at the angle), turn.png (residuals and currents at each angle) and
+    space.png: Earth, orbit, Sun, field and the satellite as it is turned.
 
     Exit status: 0 done, 1 bad input, 2 wrong usage.
 
@@ -70,7 +80,7 @@ def turn(
 
     settings = read_settings(config)
     if file is None:
-        print(f"jaxsat: no file given: taking the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
+        talk.note(f"no file given: taking the bundled synthetic session {BUNDLED.name}")
 
     from jaxsat.numerics import set_up_jax
 
@@ -84,7 +94,6 @@ def turn(
     from fitting.local.turn import turned_sample
     from fitting.session import prepare_session
     from jaxsat.cli.local.files import CONVENTION
-    from jaxsat.cli.shared.terminal import show
     from jaxsat.files.json_files import plain, write_json
     from jaxsat.files.staging import staged_directory
     from jaxsat.math import quaternion
@@ -144,6 +153,10 @@ def turn(
                 subtitle=prepared.subtitle,
             )
             (stage / "turn.png").write_bytes(png_bytes(picture))
+            shown = [chosen, *QUARTERS]
+            turned = np.asarray(scan.fit.quaternion)[[int(q) for q in QUARTERS]]
+            space = in_space(prepared, t, np.concatenate([np.asarray(here.fit.quaternion)[None], turned]), shown, title)
+            (stage / "space.png").write_bytes(png_bytes(space))
         document = {
             "schema": SCHEMA,
             "telemetry": prepared.telemetry,
@@ -167,11 +180,46 @@ def turn(
         }
         write_json(stage / "turn.json", plain(document)[0])
     rms = f"{1e3 * float(here.fit.rms):.3g} mA"
-    show(
+    talk.result(
         f"{prepared.label}: {title[0].lower()}{title[1:]} by {chosen:.4g} deg: residual RMS {rms}",
         f"\nresults in {out}",
+        document=out / "turn.json",
     )
     return 0
+
+
+def in_space(prepared: "PreparedSession", t: float, q: "np.ndarray", angles_deg: list[float], title: str) -> "Figure":
+    """Returns the picture of attitudes [angles 4] at the instant `t` [s] on their orbit."""
+    import jax
+    import jax.numpy as jnp
+    import numpy as np
+    from scipy.spatial.transform import Rotation
+
+    from jaxsat.environment import magnetic_field_eci
+    from jaxsat.plotting import draw_turn_in_space
+
+    around = prepared.around
+    orbit = prepared.orbit_fit.orbit
+    period = 2.0 * math.pi / float(orbit.mean_motion)
+    times = t + np.linspace(0.0, period, 361)
+    position, velocity = (np.asarray(x) for x in jax.jit(jax.vmap(orbit))(jnp.asarray(times)))
+    greenwich = float(around.greenwich_angle + around.rotation_rate * t)
+    field = np.asarray(magnetic_field_eci(around.field, jnp.asarray(position[0]), jnp.asarray(greenwich)))
+    sun, ellipse = prepared.sun_eci(np.array([t]))[0], position / float(around.earth_radius)
+    across = np.linalg.norm(ellipse - (ellipse @ sun)[:, None] * sun, axis=1)
+    return draw_turn_in_space(
+        Rotation.from_quat(q, scalar_first=True).as_matrix(),
+        angles_deg,
+        position=ellipse[0],
+        velocity=velocity[0],
+        ellipse=ellipse,
+        lit=(ellipse @ sun > 0.0) | (across > 1.0),
+        sun=sun,
+        field=field,
+        greenwich=greenwich,
+        title=f"{title}, in space",
+        subtitle=prepared.subtitle,
+    )
 
 
 def _write_csv(path: Path, degrees, scan) -> None:
