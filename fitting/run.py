@@ -129,8 +129,7 @@ def _identified(
         )
 
     found = about(task.parameters)
-    x = np.asarray(found.minima[0].refined.points.x)[0, len(STATE) :]
-    if not is_opposed(found.parameters, x):
+    if not any(is_opposed(found.parameters, np.asarray(m.refined.points.x)[0, len(STATE) :]) for m in found.minima[:1]):
         return found, ()
     other = about(turned_round(task.parameters))
     better = other.minima[0].refined.score[0] < found.minima[0].refined.score[0]
