@@ -13,6 +13,7 @@ from fitting.measurements.assembly import Samples, build_problem, usable
 from fitting.measurements.enough import check_sunlit
 from fitting.measurements.problem import Problem
 from fitting.measurements.sky import Around
+from fitting.measurements.units import check_field
 from fitting.outcome.looking import prepare_look
 from fitting.parameters.free import FreeParameters
 from fitting.settings import FitSettings
@@ -84,7 +85,8 @@ def identify(
     """Best motion and parameters by the samples up to `fit_until` [s]; the rest is predicted and not looked at.
 
     From a `guess` arcs grow on from it, and nothing is searched. Raises `InputError` where there are too few samples,
-    not one sensor of panels for adaptive weights, or no place for the guess.
+    not one sensor of panels for adaptive weights, no place for the guess, or a field that is of another size than
+    IGRF's by far.
     """
     began = time.perf_counter()
     progress("preparing", 0, 1)
@@ -98,6 +100,7 @@ def identify(
     build = partial(build_problem, model=model, around=around, whole=samples, delayed=delayed)
     # The sky first, on the coarsest grid: sights need no motion.
     first = build(samples, max_step=settings.step_s, room_for=settings.step_s)
+    check_field(first, samples)
     check_sunlit(first, {name: channel.witness for name, channel in samples.channels.items()}, FIRST_ARC)
     seeing = samples.part(slice(fitted))
     found = conventions(first, seeing, unknown_axes)

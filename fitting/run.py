@@ -11,17 +11,20 @@ import numpy as np
 from fitting.doctor.bench import Bench
 from fitting.doctor.examine import doubtful, examine, reconsidered
 from fitting.fitted import Fit
-from fitting.identify import identify
+from fitting.identify import Identified, identify
 from fitting.measurements.assembly import Samples, channels_within
 from fitting.measurements.enough import check_light
 from fitting.measurements.given import is_told
 from fitting.measurements.sky import Around
+from fitting.measurements.units import turns_between
 from fitting.orbit.orbit_fit import OrbitFit
 from fitting.outcome.result import WRONG_MODEL
 from fitting.outcome.summary import summarize
 from fitting.outcome.verdict import Background
 from fitting.parameters.chosen import chosen_leaves, spelt_out
 from fitting.parameters.free import FreeParameters, free_parameters
+from fitting.parameters.names import STATE
+from fitting.parameters.opposed import OPPOSED, is_opposed, turned_round
 from fitting.profile.profiler import Profiler
 from fitting.report.fit.surroundings import Surroundings, look_around
 from fitting.settings import FitSettings
@@ -80,22 +83,14 @@ def fit(
     if given is not None and given.time.zero_s:
         session = session.with_time_zero(given.time.zero_s)
     task = _prepare(satellite, session, settings, given, sky_ahead)
+    for remark in task.remarks:
+        # Before the search, which may be long by what it tells.
+        progress(remark, 0, 1)
     asked = [each for name in profiles for each in spelt_out(name, satellite.aliases)]
     profiler = Profiler(asked, task.parameters, settings.likelihood, progress)
     prepared = time.perf_counter() - began
     try:
-        found = identify(
-            task.samples,
-            satellite.model,
-            task.around,
-            task.parameters,
-            settings,
-            unknown_axes=task.unknown_axes,
-            fit_until=task.fit_until,
-            delayed=task.delayed,
-            guess=guess,
-            progress=progress,
-        )
+        found, told = _identified(task, satellite, settings, guess, progress)
     except InputError as error:
         raise InputError(error.reason, file=error.file or session.paths[0], field=error.field) from None
     result = summarize(found, _background(session, task.orbit_fit))
@@ -108,10 +103,37 @@ def fit(
             result = reconsidered(bench, result, progress)
     timing = {**result.timing_s, "prepare": result.timing_s["prepare"] + prepared}
     timing["total"] = time.perf_counter() - began
-    told = task.remarks if guess is None else (guess.remark, *task.remarks)
-    result = dataclasses.replace(result, timing_s=timing, remarks=(*told, *result.remarks))
+    begin = () if guess is None else (guess.remark,)
+    result = dataclasses.replace(result, timing_s=timing, remarks=(*begin, *task.remarks, *told, *result.remarks))
     about = session, satellite, settings, task.around, task.orbit_fit, task.sky
     return Fit(result, found, *about, profiler.profiles, profiler.reasons)
+
+
+def _identified(
+    task: "_Task", satellite: Satellite, settings: FitSettings, guess: Guess | None, progress: Progress
+) -> tuple[Identified, tuple[str, ...]]:
+    """The minima, and what is to be told of the way to them."""
+
+    def about(parameters: FreeParameters) -> Identified:
+        return identify(
+            task.samples,
+            satellite.model,
+            task.around,
+            parameters,
+            settings,
+            unknown_axes=task.unknown_axes,
+            fit_until=task.fit_until,
+            delayed=task.delayed,
+            guess=guess,
+            progress=progress,
+        )
+
+    found = about(task.parameters)
+    if not any(is_opposed(found.parameters, np.asarray(m.refined.points.x)[0, len(STATE) :]) for m in found.minima[:1]):
+        return found, ()
+    other = about(turned_round(task.parameters))
+    better = other.minima[0].refined.score[0] < found.minima[0].refined.score[0]
+    return other if better else found, (OPPOSED,)
 
 
 def _background(session: TableSession, orbit_fit: OrbitFit | None) -> Background:
@@ -155,6 +177,7 @@ def _prepare(
     if told is not None:
         channels, remarks = _where_told(channels, told, session)
     samples = Samples.of(channels, session.epoch, dict(session.columns), told)
+    remarks += tuple(turns_between(samples, model))
     sky = look_around(samples.t, around, session.epoch, at_once=sky_ahead)
     late = {leaf.place for leaf in leaves if leaf.name in free or leaf.sigma is not None}
     delayed = tuple(

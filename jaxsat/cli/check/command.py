@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter
+from cyclopts import CycloptsError, Parameter
 
 from jaxsat.cli.shared.talk import USUAL, Talking
 
@@ -17,7 +17,9 @@ def check(
     files: Annotated[list[Path], Parameter(help="Table of telemetry, CSV or Parquet; several are joined by time.")],
     /,
     *,
-    satellite: Annotated[Path, Parameter(help="Satellite file, TOML; `jaxsat init` drafts one.")],
+    satellite: Annotated[
+        Path | None, Parameter(help="Satellite file, TOML; `jaxsat init TABLE` drafts one. (required)")
+    ] = None,
     out: Annotated[Path | None, Parameter(help="Directory for check.json. [default: nothing is written]")] = None,
     talk: Talking = USUAL,
 ) -> int:
@@ -33,6 +35,8 @@ def check(
 
     Example: jaxsat check pass.csv --satellite sat.toml --out pass-check
     """
+    if satellite is None:
+        raise CycloptsError(msg=f"--satellite is missing; `jaxsat init {files[0]} > sat.toml` drafts one.")
     from jaxsat.numerics import set_up_jax
 
     set_up_jax()

@@ -78,6 +78,7 @@ def _parameters(result: "FitResult") -> Iterable[RenderableType]:
     free = {p.name for p in result.parameters if p.free}
     if free:
         table = plain_table("parameter", "value", "1σ", "unit", "buys chi2", "note", right=(1, 4))
+        table.columns[0].no_wrap = True
         for name, value, sigma, unit, buys, note in worth_rows(result):
             if name in free:
                 table.add_row(name, value, f"± {sigma}" if sigma else "", unit, buys, note)
@@ -110,7 +111,8 @@ def _alternatives(result: "FitResult", whole: bool) -> Iterable[RenderableType]:
     rows = alternative_rows(result)
     shown = len(rows) if whole else SHOWN_ALTERNATIVES
     if rows:
-        table = plain_table("other motions: chi2 above", "attitude differs by", "rate, deg/s", "axes", right=(0, 1))
+        heads = "other motions or axes: chi2 above", "attitude differs by", "rate, deg/s", "axes"
+        table = plain_table(*heads, right=(0, 1))
         for row in rows[:shown]:
             table.add_row(*row)
         yield table
