@@ -23,6 +23,10 @@ class Metric:
     unit: str
     """`1` for a pure number."""
     meaning: str
+    endless: bool = False
+    """Whether a case without it has not got there in its time: among all cases it then counts as beyond any number."""
+    limit: float | None = None
+    """What somebody claims to be its largest value; the summary has the share of all cases beyond it."""
 
 
 @dataclass(frozen=True)

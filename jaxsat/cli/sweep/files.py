@@ -85,10 +85,17 @@ def sweep_summary(content: dict[str, Any], status: np.ndarray, *, whole: bool = 
         ", ",
         (f"{failed} failed", "bold red" if failed else ""),
     )
-    metrics = plain_table("metric", "5 %", "50 %", "95 %", "max", "unit", "without", right=(1, 2, 3, 4, 6))
+    some_without = any(m["missing"] for m in content["metrics"].values())
+    # A column of nothing would fold the names.
+    more = ("without",) if some_without else ()
+    metrics = plain_table("metric", "5 %", "50 %", "95 %", "max", "unit", *more, right=(1, 2, 3, 4, 6))
     for name, m in content["metrics"].items():
         numbers = (_text(m[key]) for key in ("p05", "p50", "p95", "max"))
-        metrics.add_row(name, *numbers, unit_text(m["unit"]), str(m["missing"] or ""))
+        metrics.add_row(name, *numbers, unit_text(m["unit"]), *((str(m["missing"] or ""),) if some_without else ()))
+        if m["missing"] and "all_cases" in m:
+            metrics.add_row(
+                "  of all cases", *(_text(m["all_cases"][key]) for key in ("p05", "p50", "p95")), "none", ""
+            )
     parts: list[RenderableType] = [header, metrics]
     if failed:
         table = plain_table("failed because", "cases", "which", right=(1,))
@@ -100,6 +107,10 @@ def sweep_summary(content: dict[str, Any], status: np.ndarray, *, whole: bool = 
     facts = Table.grid(padding=(0, 2))
     if content["options"]:
         facts.add_row(Text("options", style="dim"), ", ".join(f"{k} = {v}" for k, v in content["options"].items()))
+    for name, m in content["metrics"].items():
+        if "over" in m:
+            text = f"{100.0 * m['over']['share']:.4g} % of all cases"
+            facts.add_row(Text(f"{name} over {m['over']['limit']:g}", style="dim"), text)
     seconds = ", ".join(f"{name.replace('_', ' ')} {value:.1f} s" for name, value in content["timing_s"].items())
     facts.add_row(Text("time", style="dim"), seconds)
     if content["cases_run"]:

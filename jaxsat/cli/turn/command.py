@@ -2,7 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -12,16 +12,8 @@ from jaxsat.cli.shared.options import ConfigFile, check_direction
 from jaxsat.cli.shared.talk import USUAL, Talking
 from jaxsat.errors import InputError
 
-if TYPE_CHECKING:
-    import numpy as np
-    from matplotlib.figure import Figure
-
-    from fitting.session import PreparedSession
-
 SCHEMA = "jaxsat.turn/1"
-FILES = ("turn.csv", "turn.png", "space.png", "turn.json")
-QUARTERS = (0.0, 90.0, 180.0, 270.0)
-"""Angles shown in space beside the chosen one [deg]."""
+FILES = ("turn.csv", "turn.png", "space.png", "turn.html", "turn.json")
 
 
 def _finite(_: Any, value: float | None) -> None:
@@ -69,8 +61,9 @@ def turn(
     it there, as near as it comes, and body z in place of y where y is nearly
     along the axis. Writes turn.csv
     (every degree), turn.json (direction cosines, factors, currents and field in
-    body axes at the angle), turn.png (residuals and currents at each angle) and
-    space.png: Earth, orbit, Sun, field and the satellite as it is turned.
+    body axes at the angle), turn.png (residuals and currents at each angle),
+    space.png: Earth, orbit, Sun, field and the satellite as it is turned, and
+    turn.html: the same to be turned with the mouse, under a slider of the angle.
 
     Exit status: 0 done, 1 bad input, 2 wrong usage.
 
@@ -139,24 +132,35 @@ def turn(
         cosines = np.asarray(quaternion.to_dcm(jnp.asarray(here.fit.quaternion)))
         _write_csv(stage / "turn.csv", np.asarray(degrees), scan)
         title = f"Turned about the {'field' if about == 'field' else 'Sun line'} at t = {t:g} s"
+        rms = f"{1e3 * float(here.fit.rms):.3g} mA"
         if plots:
-            from jaxsat.plotting import draw_turn, png_bytes
+            from jaxsat.cli.turn.pictures import draw
+            from jaxsat.cli.turn.space import Turned
 
-            currents = 1e3 * (scan.direct + scan.albedo)
-            picture = draw_turn(
-                np.asarray(degrees),
-                1e3 * scan.fit.rms,
-                currents,
+            # Once round, so that the slider ends where it begins.
+            around = np.append(np.arange(360), 0)
+            modelled = 1e3 * (scan.direct + scan.albedo)
+            turned = Turned(
+                np.arange(361.0),
+                np.asarray(scan.fit.quaternion)[around],
+                1e3 * scan.direct[around],
+                modelled[around],
                 1e3 * samples.currents[k],
-                chosen_deg=chosen,
-                title=title,
-                subtitle=prepared.subtitle,
+                noise,
             )
-            (stage / "turn.png").write_bytes(png_bytes(picture))
-            shown = [chosen, *QUARTERS]
-            turned = np.asarray(scan.fit.quaternion)[[int(q) for q in QUARTERS]]
-            space = in_space(prepared, t, np.concatenate([np.asarray(here.fit.quaternion)[None], turned]), shown, title)
-            (stage / "space.png").write_bytes(png_bytes(space))
+            files = draw(
+                prepared,
+                turned,
+                1e3 * scan.fit.rms,
+                t_s=t,
+                about="field" if about == "field" else "Sun line",
+                chosen_deg=chosen,
+                chosen_q=np.asarray(here.fit.quaternion),
+                title=title,
+                message=f"Residual RMS {rms} with the best factors of direct and returned light.",
+            )
+            for name, content in files.items():
+                (stage / name).write_bytes(content)
         document = {
             "schema": SCHEMA,
             "telemetry": prepared.telemetry,
@@ -179,47 +183,12 @@ def turn(
             "albedo_mA": 1e3 * here.albedo,
         }
         write_json(stage / "turn.json", plain(document)[0])
-    rms = f"{1e3 * float(here.fit.rms):.3g} mA"
     talk.result(
         f"{prepared.label}: {title[0].lower()}{title[1:]} by {chosen:.4g} deg: residual RMS {rms}",
         f"\nresults in {out}",
         document=out / "turn.json",
     )
     return 0
-
-
-def in_space(prepared: "PreparedSession", t: float, q: "np.ndarray", angles_deg: list[float], title: str) -> "Figure":
-    """Returns the picture of attitudes [angles 4] at the instant `t` [s] on their orbit."""
-    import jax
-    import jax.numpy as jnp
-    import numpy as np
-    from scipy.spatial.transform import Rotation
-
-    from jaxsat.environment import magnetic_field_eci
-    from jaxsat.plotting import draw_turn_in_space
-
-    around = prepared.around
-    orbit = prepared.orbit_fit.orbit
-    period = 2.0 * math.pi / float(orbit.mean_motion)
-    times = t + np.linspace(0.0, period, 361)
-    position, velocity = (np.asarray(x) for x in jax.jit(jax.vmap(orbit))(jnp.asarray(times)))
-    greenwich = float(around.greenwich_angle + around.rotation_rate * t)
-    field = np.asarray(magnetic_field_eci(around.field, jnp.asarray(position[0]), jnp.asarray(greenwich)))
-    sun, ellipse = prepared.sun_eci(np.array([t]))[0], position / float(around.earth_radius)
-    across = np.linalg.norm(ellipse - (ellipse @ sun)[:, None] * sun, axis=1)
-    return draw_turn_in_space(
-        Rotation.from_quat(q, scalar_first=True).as_matrix(),
-        angles_deg,
-        position=ellipse[0],
-        velocity=velocity[0],
-        ellipse=ellipse,
-        lit=(ellipse @ sun > 0.0) | (across > 1.0),
-        sun=sun,
-        field=field,
-        greenwich=greenwich,
-        title=f"{title}, in space",
-        subtitle=prepared.subtitle,
-    )
 
 
 def _write_csv(path: Path, degrees, scan) -> None:
