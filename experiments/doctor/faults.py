@@ -159,7 +159,7 @@ def jumping(session, draw):
 
 
 def running_away(session, draw):
-    rate = draw.choice([-1.0, 1.0]) * draw.uniform(0.005, 0.02)
+    rate = draw.choice([-1.0, 1.0]) * draw.uniform(0.002, 0.01)
     found = _restamped(session, lambda t: t * (1.0 + rate), positions=False)
     return found, r"^pace: "
 
@@ -203,19 +203,19 @@ def other_axis(cfg, draw):
 
 def hysteresis(cfg, draw):
     cfg["parts"]["rods"] = [
-        {"axis": axis, "Hc": 6.0, "Br": 0.05, "Bs": 0.1, "volume": float(draw.uniform(1.5, 3.0)) * 1e-6}
+        {"axis": axis, "Hc": 6.0, "Br": 0.05, "Bs": 0.1, "volume": float(draw.uniform(1.0, 3.0)) * 1e-7}
         for axis in ([0, 1, 0], [0, 0, 1])
     ]
     return r"^torque: .*hysteresis"
 
 
 def eddy(cfg, draw):
-    cfg["parts"]["eddy"] = float(draw.uniform(1.0, 3.0)) * 1e4
+    cfg["parts"]["eddy"] = float(draw.uniform(0.5, 2.0)) * 1e3
     return r"^torque: .*eddy"
 
 
 def residual(cfg, draw):
-    size, direction = 2e-7 * draw.uniform(1.0, 3.0), draw.standard_normal(3)
+    size, direction = 2e-8 * draw.uniform(1.0, 3.0), draw.standard_normal(3)
     cfg["parts"]["residual"] = (size * direction / np.linalg.norm(direction)).tolist()
     return r"^torque: .*constant"
 

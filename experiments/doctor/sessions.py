@@ -23,10 +23,10 @@ from experiments.twins.write import write_session
 
 # The programs of that folder are run as scripts, and find each other by these names.
 sys.path.insert(0, str(Path(__file__).parents[1] / "blind"))
-from generate import draw as draw_munin  # noqa: E402
-from generate import raw_sun  # noqa: E402
-from motion import simulate  # noqa: E402
-from surroundings import greenwich_angle, kepler, magnetic_field  # noqa: E402
+from generate import draw as draw_munin  # noqa: E402  # pyright: ignore
+from generate import raw_sun  # noqa: E402  # pyright: ignore
+from motion import simulate  # noqa: E402  # pyright: ignore
+from surroundings import greenwich_angle, kepler, magnetic_field  # noqa: E402  # pyright: ignore
 
 Array = NDArray[np.float64]
 Change = Callable[[dict[str, Any]], None]

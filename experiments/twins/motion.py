@@ -112,8 +112,7 @@ def right_hand_side(cfg: dict[str, Any], world: World, commanded: Array) -> Call
             vx, vy, vz = ((3.0 * c3 * h + 2.0 * c2) * h + c1)[:3].tolist()
             speed = math.sqrt(vx * vx + vy * vy + vz * vz)
             ax, ay, az = (
-                -speed * (ex * vx + ey * vy + ez * vz)
-                for ex, ey, ez in ((xx, yx, zx), (xy, yy, zy), (xz, yz, zz))
+                -speed * (ex * vx + ey * vy + ez * vz) for ex, ey, ez in ((xx, yx, zx), (xy, yy, zy), (xz, yz, zz))
             )
         else:
             ax = ay = az = 0.0
@@ -143,7 +142,7 @@ def unit_axis(axis: Any) -> list[float]:
 
 
 class Motion:
-    """Attitude and rate at any time of a session; rods start demagnetised, and a `kick` changes the rate at its time."""
+    """Attitude and rate at any time of a session; rods start demagnetised, a `kick` changes the rate at its time."""
 
     def __init__(self, cfg: dict[str, Any], world: World) -> None:
         soft = sum("Hc" in rod for rod in cfg.get("rods", ()))

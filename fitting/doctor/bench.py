@@ -4,20 +4,24 @@ Another order of columns, another free set, a shift of stamps, a scale are data 
 that a trial costs its solving alone.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.doctor.trial import EXPLAINED
+from fitting.doctor.lines import lowest
+from fitting.doctor.score import Score
+from fitting.doctor.trial import EXPLAINED, WORTH
 from fitting.identify import Identified
 from fitting.measurements.assembly import Samples, build_problem, usable
 from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.groups import columns_of
 from fitting.measurements.problem import Problem
 from fitting.measurements.sky import Around
+from fitting.outcome.looking import look
 from fitting.parameters.free import FreeParameters
 from fitting.parameters.names import STATE
 from fitting.settings import FitSettings
@@ -28,7 +32,10 @@ from fitting.starts.ladder import directed_samples, first_guesses
 from fitting.starts.multi_start import CHUNK, Starts
 from fitting.starts.sights import sights_of
 from jaxsat.errors import InputError
-from jaxsat.integrators import RK4, step_for
+from jaxsat.given import Given
+from jaxsat.integrators import BLOCK, RK4, step_for
+from jaxsat.satellites import Satellite
+from jaxsat.telemetry import TableSession
 
 PATIENCE = 1
 """Rounds more of a refit that is not at its minimum: what explains the data gets there soon."""
@@ -46,6 +53,12 @@ class Bench:
     around: Around
     settings: FitSettings
     delayed: tuple[str, ...]
+    satellite: Satellite
+    session: TableSession
+    """What was read."""
+    given: Given | None = None
+    missed_m: float | None = None
+    """By which positions miss their orbit, RMS of a coordinate."""
 
     @property
     def samples(self) -> Samples:
@@ -61,6 +74,13 @@ class Bench:
     def problem(self) -> Problem:
         """That of the best minimum."""
         return self.found.minima[0].problem
+
+    def of_everything(self) -> "Bench":
+        """The same with nothing held out, its minima refitted to all."""
+        whole = replace(self, found=replace(self.found, fitted=len(self.samples.t)))
+        best = self.found.minima[0]
+        refined = whole.refitted(best.problem)
+        return replace(whole, found=replace(whole.found, minima=(replace(best, refined=refined),)))
 
     @cached_property
     def starts(self) -> Starts:
@@ -89,7 +109,7 @@ class Bench:
         return self.told(self.weight(self.problem))
 
     def told(self, weight: np.ndarray) -> int:
-        """Readings with a weight [samples channels] that are not such zeros."""
+        """Readings with a weight [samples channels] that are not those."""
         return int(((weight > 0) & (np.asarray(self.problem.floor) == NO_FLOOR)).sum())
 
     @cached_property
@@ -202,14 +222,57 @@ class Bench:
         return found[best], best
 
     def anew(
-        self, samples: Samples, count: int, *, same_sky: bool = True, parameters: FreeParameters | None = None
+        self,
+        samples: Samples,
+        count: int,
+        *,
+        same_sky: bool = True,
+        around: Around | None = None,
+        parameters: FreeParameters | None = None,
+        change: Callable[[Problem], Problem] = lambda problem: problem,
     ) -> Iterator[float]:
-        """Chi2 of what a search finds; nothing where no start survives."""
-        coarse = self.rebuilt(samples, same_sky=same_sky, coarse=True)
+        """Chi2 of what a search finds, of problems that are changed; nothing where no start survives."""
+        same_sky = same_sky and around is None
+        coarse = change(self.rebuilt(samples, around, same_sky=same_sky, coarse=True))
         runs = self.searched([(coarse, samples)], count, parameters=parameters)
         if runs:
-            fine = self.rebuilt(samples, same_sky=same_sky)
+            fine = change(self.rebuilt(samples, around, same_sky=same_sky))
             yield self.best_of(fine, self.refitted(fine, first(runs[0].starts), parameters=parameters))[0]
+
+    @cached_property
+    def score(self) -> Score:
+        """The best minimum, linearised, with what witnesses say."""
+        residual, jacobian = self.look(self.problem, self.parameters, self.starts.x[0], self.starts.reference[0])
+        free = self.parameters.everything
+        weight = self.weight(self.problem) + self._asked(self.problem)
+        has_prior = (np.arange(len(free)) >= len(STATE))[free]
+        x = np.where(has_prior, self.starts.x[0][free], 0.0)
+        return Score(residual, jacobian[..., free], weight, np.asarray(self.problem.floor), x, has_prior)
+
+    def look(self, problem: Problem, parameters: FreeParameters, x, reference) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals [samples channels] and their Jacobian by all unknowns."""
+        last = int(np.flatnonzero(problem.valid)[-1])
+        blocks = np.asarray(-(-int(np.asarray(problem.grid.sample_index)[last]) // BLOCK))
+        return jax.device_get(look(problem, parameters.tree, x, reference, blocks)[:2])
+
+    def along(
+        self, change: Callable[[float], Problem], unit: float, limits: tuple[float, float] = (-np.inf, np.inf)
+    ) -> tuple[float, float] | None:
+        """The number by which problems are changed that has the lowest chi2, and that; None where it promises nothing.
+
+        It is guessed by what a `unit` of it does to the residuals, and then refitted for, and for others about it.
+        """
+        moved, _ = self.look(change(unit), self.parameters, self.starts.x[0], self.starts.reference[0])
+        sizes, fall = self.score.fall((moved - self.score.residual)[..., None], with_prior=False)
+        size = float(np.clip(unit * sizes[0], *limits))
+        if not fall > WORTH or size == 0.0:
+            return None
+
+        def chi2(number: float) -> float:
+            problem = change(number)
+            return self.best_of(problem, self.refitted(problem))[0]
+
+        return lowest(chi2, [size, float(np.clip(1.6 * size, *limits))], self.chi2)
 
     def columns(self, name: str) -> slice:
         """Of the residuals of a channel."""

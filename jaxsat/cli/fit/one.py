@@ -52,12 +52,14 @@ def fit_one(
     plots: bool,
     profiles: Sequence[str] = (),
     causes: bool = False,
+    as_if: Sequence[str] = (),
     quiet: bool = False,
 ) -> Callable[[], Outcome]:
     """Fits one session of one file or of several; what it returns writes its directory, whole or not at all.
 
     That prints a summary too, if not `quiet`, and is to be called, once, also where the outcome is of no interest.
-    `profiles` names the parameters that get a profile; with `causes` the usual ones are tried where a fit is denied.
+    `profiles` names the parameters that get a profile; with `causes` the usual ones are tried where a fit is denied;
+    `as_if` changes the data.
     Raises `InputError`, as the writing may.
     """
     from fitting.report.fit.owned import owned_files
@@ -75,7 +77,7 @@ def fit_one(
         # Importing matplotlib costs half a second; the solver leaves one core to Python.
         threading.Thread(target=importlib.import_module, args=("fitting.report.fit.files",), daemon=True).start()
         with StageProgress(session.name) as progress:
-            how = {"given": inputs.given, "profiles": profiles, "causes": causes, "progress": progress}
+            how = {"given": inputs.given, "profiles": profiles, "causes": causes, "as_if": as_if, "progress": progress}
             found = fit(inputs.satellite, session, settings=inputs.settings, **how, sky_ahead=True)
             progress("writing results", 0, 0)
         found = found.after(before, total=time.perf_counter() - clock.began)

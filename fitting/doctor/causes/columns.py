@@ -37,7 +37,7 @@ def dead_columns(bench: Bench) -> Iterator[Trial]:
                     # What is left out would have had the chi2 of noise.
                     chi2 + bench.told(own),
                     1,
-                    f"channels.{name}: leave out the column {labels[k]}",
+                    f"--as without:{labels[k]}",
                 )
 
 

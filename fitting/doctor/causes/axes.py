@@ -15,6 +15,7 @@ from fitting.starts.conventions import signed_permutations
 from fitting.starts.multi_start import Starts
 from jaxsat.satellites.model import INERTIA_PLACE, MAGNET_PLACE
 from jaxsat.sensors import Magnetometer, Panels, Photodiodes
+from jaxsat.telemetry.table.as_if import swaps_text
 
 STARTS = 16
 KEPT = 2
@@ -111,7 +112,6 @@ def _trial(bench, name, order, perm, orders, refined, number) -> Trial:
     starts = Starts(x, reference.as_quat(scalar_first=True)[None], np.zeros(1))
     fine = bench.rebuilt(bench.with_values(name, rows[:, list(order)]), same_sky=True)
     chi2, _ = bench.best_of(fine, bench.refitted(fine, starts))
-    told = [labels[k] for k in order]
     return Trial(
         "axes",
         f"columns of {name} in another order: {exchanged(labels, order)}",
@@ -119,7 +119,7 @@ def _trial(bench, name, order, perm, orders, refined, number) -> Trial:
         "telemetry",
         chi2,
         1,
-        f"channels.{name}.columns = [{', '.join(told)}]",
+        " ".join(f"--as {text}" for text in swaps_text(labels, order)),
     )
 
 
