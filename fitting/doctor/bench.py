@@ -4,7 +4,6 @@ Another order of columns, another free set, a shift of stamps, a scale are data 
 that a trial costs its solving alone.
 """
 
-from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,9 +11,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.doctor.lines import lowest
 from fitting.doctor.score import Score
-from fitting.doctor.trial import EXPLAINED, WORTH
+from fitting.doctor.trial import EXPLAINED
 from fitting.identify import Identified
 from fitting.measurements.assembly import Samples, build_problem, usable
 from fitting.measurements.floor import NO_FLOOR
@@ -26,12 +24,7 @@ from fitting.parameters.free import FreeParameters
 from fitting.parameters.names import STATE
 from fitting.settings import FitSettings
 from fitting.solvers.refine import Refined, refine
-from fitting.starts.conventions import Convention
-from fitting.starts.growing import Run, grow
-from fitting.starts.ladder import directed_samples, first_guesses
 from fitting.starts.multi_start import CHUNK, Starts
-from fitting.starts.sights import sights_of
-from jaxsat.errors import InputError
 from jaxsat.given import Given
 from jaxsat.integrators import BLOCK, RK4, step_for
 from jaxsat.satellites import Satellite
@@ -41,6 +34,8 @@ PATIENCE = 1
 """Rounds more of a refit that is not at its minimum: what explains the data gets there soon."""
 WITNESS_LIMIT = 25.0
 """Square of a witness's residual that counts at most [sigma^2]."""
+HOPELESS = 12.0
+"""Chi2 per reading, large residuals cut off, of what no change nearby explains."""
 TOLERANCE = 4e-2
 """Integration error of a search [rad]: as while arcs grow."""
 
@@ -158,47 +153,15 @@ class Bench:
             progress=lambda *_: None,
         )
 
-    def searched(
-        self,
-        problems: Sequence[tuple[Problem, Samples]],
-        count: int,
-        *,
-        weight: np.ndarray | None = None,
-        last: int | None = None,
-        parameters: FreeParameters | None = None,
-    ) -> list[Run]:
-        """What a search of `count` starts for each problem leaves, best first; nothing where none survives.
-
-        `last` is the number of the last sample of its arcs.
-        """
-        parameters = parameters or self.parameters
-        runs, use = [], None
-        for number, (problem, samples) in enumerate(problems):
-            sights = sights_of(problem, samples)
-            rng = np.random.default_rng(self.settings.seed)
-            guesses = first_guesses(sights, 0, count, self._fastest, rng)
-            starts = guesses.starts(np.zeros(len(parameters.everything)))
-            runs.append(Run(Convention({}, float(number)), problem, starts))
-            use = self.weight(problem, samples) if use is None else use
-        if use is None:
-            return []
-        problem, samples = problems[0]
-        seen = directed_samples(sights_of(problem, samples))
-        if last is None:
-            last = len(samples.t) - (len(self.samples.t) - self.found.fitted) - 1
-        try:
-            grow(runs, seen[seen <= last], last, parameters, use if weight is None else weight)
-        except InputError:
-            return []
-        return runs
-
     @cached_property
-    def _fastest(self) -> float:
-        return float(np.radians(self.settings.max_rate_deg_s))
+    def fastest(self) -> float:
+        """Rate that a search has to follow [rad/s]: that of the settings, or of the best minimum."""
+        rate = np.asarray(self.found.minima[0].refined.points.prediction.angular_velocity)[0]
+        return max(float(np.radians(self.settings.max_rate_deg_s)), float(np.linalg.norm(rate, axis=1).max()))
 
     @cached_property
     def _search_step(self) -> float:
-        step = step_for(RK4, self._fastest, float(np.ptp(self.samples.t)), TOLERANCE)
+        step = step_for(RK4, self.fastest, float(np.ptp(self.samples.t)), TOLERANCE)
         return max(min(self.settings.step_s, step), self.found.finest_step)
 
     def chi2_of(self, problem: Problem, refined: Refined, number: int = 0) -> float:
@@ -221,24 +184,6 @@ class Bench:
         best = int(np.argmin(found))
         return found[best], best
 
-    def anew(
-        self,
-        samples: Samples,
-        count: int,
-        *,
-        same_sky: bool = True,
-        around: Around | None = None,
-        parameters: FreeParameters | None = None,
-        change: Callable[[Problem], Problem] = lambda problem: problem,
-    ) -> Iterator[float]:
-        """Chi2 of what a search finds, of problems that are changed; nothing where no start survives."""
-        same_sky = same_sky and around is None
-        coarse = change(self.rebuilt(samples, around, same_sky=same_sky, coarse=True))
-        runs = self.searched([(coarse, samples)], count, parameters=parameters)
-        if runs:
-            fine = change(self.rebuilt(samples, around, same_sky=same_sky))
-            yield self.best_of(fine, self.refitted(fine, first(runs[0].starts), parameters=parameters))[0]
-
     @cached_property
     def score(self) -> Score:
         """The best minimum, linearised, with what witnesses say."""
@@ -255,29 +200,20 @@ class Bench:
         blocks = np.asarray(-(-int(np.asarray(problem.grid.sample_index)[last]) // BLOCK))
         return jax.device_get(look(problem, parameters.tree, x, reference, blocks)[:2])
 
-    def along(
-        self, change: Callable[[float], Problem], unit: float, limits: tuple[float, float] = (-np.inf, np.inf)
-    ) -> tuple[float, float] | None:
-        """The number by which problems are changed that has the lowest chi2, and that; None where it promises nothing.
-
-        It is guessed by what a `unit` of it does to the residuals, and then refitted for, and for others about it.
-        """
-        moved, _ = self.look(change(unit), self.parameters, self.starts.x[0], self.starts.reference[0])
-        sizes, fall = self.score.fall((moved - self.score.residual)[..., None], with_prior=False)
-        size = float(np.clip(unit * sizes[0], *limits))
-        if not fall > WORTH or size == 0.0:
-            return None
-
-        def chi2(number: float) -> float:
-            problem = change(number)
-            return self.best_of(problem, self.refitted(problem))[0]
-
-        return lowest(chi2, [size, float(np.clip(1.6 * size, *limits))], self.chi2)
-
     def columns(self, name: str) -> slice:
         """Of the residuals of a channel."""
         groups = self.problem.groups
         return next(own for group, own in zip(groups, columns_of(groups), strict=True) if group.name == name)
+
+    @property
+    def unexplained(self) -> float:
+        """Chi2 beyond what noise has."""
+        return max(self.chi2 - self.readings, 0.0)
+
+    @property
+    def hopeless(self) -> bool:
+        """Whether no minimum is near that of the data: small changes help nothing."""
+        return bool(self.chi2 > HOPELESS * self.readings)
 
     @property
     def enough(self) -> float:
@@ -293,8 +229,3 @@ class Bench:
     def with_values(self, name: str, rows: np.ndarray) -> Samples:
         """The samples with other readings of one channel."""
         return replace(self.samples, values={**self.samples.values, name: rows})
-
-
-def first(starts: Starts) -> Starts:
-    """As many of the best as one call of the solver takes."""
-    return starts.take(np.arange(min(CHUNK, len(starts.cost))))

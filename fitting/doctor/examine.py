@@ -25,8 +25,6 @@ from fitting.outcome.result import FITS, FITS_ONLY, NOT_CONVERGED, UNDETERMINED,
 from fitting.starts.multi_start import Progress
 from jaxsat.errors import InputError
 
-HOPELESS = 12.0
-"""Chi2 per reading, large residuals cut off, of what no change nearby explains."""
 NOISE = 1.2
 """Chi2 per reading with a cause that leaves nothing to be explained: no other is tried."""
 DOUBT_P, DENIES = 2e-3, 40.0
@@ -63,11 +61,11 @@ def examine(bench: Bench, result: FitResult, progress: Progress) -> tuple[Cause,
         lambda: other_units(bench),
         lambda: dead_columns(bench),
         # Near a minimum that is none of the data's, small changes help nothing.
-        *(orders + local if bench.chi2 > HOPELESS * bench.readings else local + orders),
-        lambda: other_magnets(bench),
+        *(orders + local if bench.hopeless else local + orders),
+        lambda: missing_torques(bench),
         lambda: running_clock(bench),
         lambda: other_zone(bench),
-        lambda: missing_torques(bench),
+        lambda: other_magnets(bench),
         lambda: changes(bench),
     ]
     return _tried(bench, kinds, NOISE * bench.readings, progress)

@@ -5,7 +5,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fitting.doctor.bench import Bench, first
+from fitting.doctor.bench import Bench
+from fitting.doctor.searches import first, searched
 from fitting.doctor.sensors import sunlit
 from fitting.doctor.trial import Trial
 from fitting.measurements.groups import columns_of
@@ -58,7 +59,7 @@ def _searched(bench: Bench, name: str, orders: Sequence[tuple[int, ...]]) -> lis
         samples = bench.with_values(name, rows[:, list(order)])
         problems.append((bench.rebuilt(samples, same_sky=True, coarse=True), samples))
     found = []
-    for run in bench.searched(problems, STARTS):
+    for run in searched(bench, problems, STARTS):
         order = orders[int(run.convention.mismatch)]
         fine = bench.rebuilt(bench.with_values(name, rows[:, list(order)]), same_sky=True)
         refined = bench.refitted(fine, first(run.starts))

@@ -4,7 +4,8 @@ import math
 from collections.abc import Iterator
 
 from fitting.doctor.bench import Bench
-from fitting.doctor.retold import retold
+from fitting.doctor.retold import Retold, retold
+from fitting.doctor.searches import changed_residual, first, searched
 from fitting.doctor.trial import Trial
 from jaxsat.errors import InputError
 from jaxsat.time import SECONDS_PER_DAY, Epoch
@@ -14,6 +15,7 @@ OLD_DAYS = 200.0
 """Age of the table's own element set from which another year is tried."""
 HOURS = tuple(hours for hours in range(-12, 15) if hours)
 """By which a clock is tried to be ahead of UTC."""
+STARTS = 16
 TRIED = 3
 """Of them that are fitted, those that promise most."""
 
@@ -48,17 +50,20 @@ def other_zone(bench: Bench) -> Iterator[Trial]:
     """Hours by which the clock is ahead of UTC, where positions stand in the table: the field turns with the Earth."""
     if bench.session.positions is None:
         return
-    hunches = {}
-    for hours in HOURS:
-        told = retold(bench, f"dated:{bench.samples.epoch.shifted(-3600.0 * hours).iso(6)}")
-        moved, _ = bench.look(
-            bench.rebuilt(told.samples, told.around), bench.parameters, bench.starts.x[0], bench.starts.reference[0]
-        )
-        hunches[hours] = bench.score.moved_to(moved)
-    best = sorted(hunches, key=lambda hours: hunches[hours])[:TRIED]
-    known = {hours: _chi2(bench, bench.samples.epoch.shifted(-3600.0 * hours)) for hours in best}
+    told = {hours: retold(bench, f"dated:{_behind(bench, hours).iso(6)}") for hours in HOURS}
+    if bench.hopeless:
+        known = _raced(bench, told)
+    else:
+        hunches = {
+            hours: bench.score.moved_to(changed_residual(bench, bench.rebuilt(each.samples, each.around)))
+            for hours, each in told.items()
+        }
+        ranked = sorted(hunches, key=lambda hours: hunches[hours])
+        known = {hours: _chi2(bench, _behind(bench, hours)) for hours in ranked[:TRIED]}
+    if not known:
+        return
     best = min(known, key=lambda hours: known[hours])
-    meant = bench.samples.epoch.shifted(-3600.0 * best)
+    meant = _behind(bench, best)
     yield Trial(
         "date",
         f"the clock is {abs(best)} h {'ahead of' if best > 0 else 'behind'} UTC",
@@ -67,6 +72,21 @@ def other_zone(bench: Bench) -> Iterator[Trial]:
         1,
         f"--as dated:{meant.iso(3)}",
     )
+
+
+def _behind(bench: Bench, hours: int) -> Epoch:
+    return bench.samples.epoch.shifted(-3600.0 * hours)
+
+
+def _raced(bench: Bench, told: dict[int, Retold]) -> dict[int, float]:
+    """Chi2 of the hours that a search under all of them leaves."""
+    problems = [(bench.rebuilt(each.samples, each.around, coarse=True), each.samples) for each in told.values()]
+    found = {}
+    for run in searched(bench, problems, STARTS)[:TRIED]:
+        hours = list(told)[int(run.convention.mismatch)]
+        fine = bench.rebuilt(told[hours].samples, told[hours].around)
+        found[hours] = bench.best_of(fine, bench.refitted(fine, first(run.starts)))[0]
+    return found
 
 
 def _chi2(bench: Bench, meant: Epoch) -> float:

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fitting.doctor.bench import Bench
+from fitting.doctor.searches import PROMISE, anew
 from fitting.doctor.trial import WORTH, Trial
 from fitting.measurements.floor import at_floor
 from fitting.parameters.free import FreeParameters, free_parameters
@@ -90,7 +91,7 @@ def _promises(bench: Bench, numbers: list[int]) -> bool:
     sigma = np.array([parameters.leaves[k].loose for k in numbers])
     start = bench.starts.x[0], bench.starts.reference[0]
     columns = _jacobian(bench, parameters, *start, numbers, sigma)
-    return bench.score.fall(columns, with_prior=True)[1] > WORTH + 2.0 * len(numbers)
+    return bench.score.fall(columns, with_prior=True)[1] > max(WORTH + 2.0 * len(numbers), PROMISE * bench.unexplained)
 
 
 def _asked(bench: Bench) -> list[str]:
@@ -126,7 +127,7 @@ def chi2_in_room(bench: Bench, numbers: list[int]) -> float | None:
             x[:, len(STATE) + int(np.flatnonzero(wider.columns == column)[0])] = bench.starts.x[:, len(STATE) + k]
     refined = bench.refitted(bench.problem, Starts(x, bench.starts.reference, np.zeros(len(x))), parameters=wider)
     chi2 = bench.best_of(bench.problem, refined)[0]
-    return chi2 if chi2 < bench.enough else min([chi2, *bench.anew(bench.samples, STARTS, parameters=wider)])
+    return chi2 if chi2 < bench.enough else min([chi2, *anew(bench, bench.samples, STARTS, parameters=wider)])
 
 
 def _beside(bench: Bench, numbers: list[int], start: int) -> float:

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from fitting.doctor.bench import Bench
+from fitting.doctor.searches import anew
 from fitting.doctor.trial import Trial
 from fitting.starts.conventions import conventions, with_axes
 
@@ -29,7 +30,7 @@ def other_axes(bench: Bench) -> Iterator[Trial]:
         for each in others[:TRIED]:
             if not each.mismatch < BETTER * own:
                 break
-            chi2s = bench.anew(bench.samples, STARTS, change=lambda problem, each=each: with_axes(problem, each))
+            chi2s = anew(bench, bench.samples, STARTS, change=lambda problem, each=each: with_axes(problem, each))
             for chi2 in chi2s:
                 told = each.spelt()[name]
                 yield Trial(

@@ -8,6 +8,7 @@ import numpy as np
 
 from fitting.doctor.bench import Bench
 from fitting.doctor.retold import retold
+from fitting.doctor.searches import along, anew
 from fitting.doctor.trial import Trial
 from fitting.measurements.problem import Problem
 from fitting.outcome.verdict import ORBIT_ODD_KM
@@ -29,7 +30,7 @@ def late_positions(bench: Bench) -> Iterator[Trial]:
         moved = eqx.tree_at(lambda o: o.mean_anomaly, orbit, orbit.mean_anomaly - orbit.mean_motion * late_s)
         return bench.rebuilt(bench.samples, replace(bench.around, orbit=moved))
 
-    found = bench.along(changed, 2.0, (-MOST_LATE_S, MOST_LATE_S))
+    found = along(bench, changed, 2.0, (-MOST_LATE_S, MOST_LATE_S))
     if found is None:
         return
     late_s, least = found
@@ -50,7 +51,7 @@ def earth_fixed(bench: Bench) -> Iterator[Trial]:
     told = retold(bench, "frame:ecef")
     if _missed(told.missed_m):
         return
-    for chi2 in bench.anew(told.samples, STARTS, around=told.around):
+    for chi2 in anew(bench, told.samples, STARTS, around=told.around):
         yield Trial(
             "frame",
             "positions are in axes that turn with the Earth",

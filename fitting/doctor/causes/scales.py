@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from fitting.doctor.bench import Bench
+from fitting.doctor.searches import along
 from fitting.doctor.sensors import sunlit
 from fitting.doctor.trial import Trial
 from fitting.measurements.problem import Problem
@@ -30,7 +31,7 @@ def drifting_scales(bench: Bench) -> Iterator[Trial]:
         def changed(change: float, name=name, rows=rows) -> Problem:
             return bench.rebuilt(bench.with_values(name, rows / (1.0 + change * share)[:, None]), same_sky=True)
 
-        found = bench.along(changed, 0.02, (-MOST_DRIFT, MOST_DRIFT))
+        found = along(bench, changed, 0.02, (-MOST_DRIFT, MOST_DRIFT))
         if found is None:
             continue
         change, least = found
@@ -54,7 +55,7 @@ def offset_readings(bench: Bench) -> Iterator[Trial]:
         def changed(size: float, name=name, rows=rows) -> Problem:
             return bench.rebuilt(bench.with_values(name, without_offset(rows, size)), same_sky=True)
 
-        found = bench.along(changed, channel.sigma, (-OFFSET * brightest, OFFSET * brightest))
+        found = along(bench, changed, channel.sigma, (-OFFSET * brightest, OFFSET * brightest))
         if found is None:
             continue
         size, least = found

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from fitting.doctor.bench import Bench
+from fitting.doctor.searches import along, anew
 from fitting.doctor.trial import Trial
 from fitting.measurements.problem import Problem
 
@@ -36,7 +37,7 @@ def jumping_stamps(bench: Bench) -> Iterator[Trial]:
             moved[place + 1 :] -= late_s
             if moved[place + 1] - moved[place] < 1.0:
                 continue
-            for chi2 in bench.anew(replace(bench.samples, t=moved), STARTS, same_sky=False):
+            for chi2 in anew(bench, replace(bench.samples, t=moved), STARTS, same_sky=False):
                 yield Trial(
                     "clock",
                     f"stamps jump by {late_s:+.1f} s between {t[place]:.0f} and {t[place + 1]:.0f} s",
@@ -55,7 +56,7 @@ def running_clock(bench: Bench) -> Iterator[Trial]:
     def changed(share: float) -> Problem:
         return bench.rebuilt(replace(bench.samples, t=t / (1.0 + share)))
 
-    found = bench.along(changed, 5e-4, (-MOST_FAST, MOST_FAST))
+    found = along(bench, changed, 5e-4, (-MOST_FAST, MOST_FAST))
     if found is None:
         return
     share, least = found
@@ -81,7 +82,7 @@ def late_channels(bench: Bench) -> Iterator[Trial]:
             rows = _carried(samples.t, samples.values[name], late_s)
             return bench.rebuilt(bench.with_values(name, rows), same_sky=True)
 
-        found = bench.along(changed, 0.2, (-MOST_LATE_S, MOST_LATE_S))
+        found = along(bench, changed, 0.2, (-MOST_LATE_S, MOST_LATE_S))
         if found is None:
             continue
         late_s, least = found

@@ -21,12 +21,13 @@ from fitting.parameters.names import STATE
 from fitting.starts.multi_start import Starts
 from jaxsat.math import cross
 from jaxsat.satellites.model import Leaf
-from jaxsat.spacecraft import Spacecraft
+from jaxsat.spacecraft import HysteresisRods, Spacecraft
 from jaxsat.torques.abstract import AbstractTorque, BodyEnvironment, required
 from jaxsat.torques.eddy_damping import eddy_damping_torque
 
-SLOW_RAD_S = 3e-4
-"""Rate across the field below which a rod lags less than all of its remanence: it hides the kink."""
+COERCIVE_FIELD, REMANENCE, SATURATION = 8.0, 0.02, 0.04
+"""Of the soft magnetic rods that are tried along each body axis [A/m, T, T]; their volumes are free."""
+MU_0 = 4e-7 * np.pi
 WIDE = 5.0
 """Prior sigma over what would stop the satellite's spin within the session."""
 KINDS = {
@@ -47,25 +48,15 @@ class MissingTorque(AbstractTorque):
     """Body axes [N m]."""
     eddy: Float[Array, ""]
     """Coefficient of `EddyDamping` [A m^2 s / T]."""
-    lag: Float[Array, "3"]
-    """Moment along each body axis by which soft magnetic material lags behind a field that turns [A m^2]."""
     air: Float[Array, "3"]
     """Half of drag coefficient and area, times the centre of pressure, body axes [m^3]."""
 
     def __call__(self, spacecraft: Spacecraft, around: BodyEnvironment) -> Float[Array, "3"]:
         field, rate = around.b_field_body, around.angular_velocity
-        # Of the field in the body: the satellite turns faster than the field on its way.
-        change = -cross(rate, field)
-        way = change / jnp.sqrt(change**2 + SLOW_RAD_S**2 * jnp.sum(field**2) + 1e-40)
         wind = required(around.air_velocity_body, "MissingTorque", "air_velocity_body", "the air in the table")
         density = required(around.air_density, "MissingTorque", "air_density", "the air in the table")
         speed = jnp.sqrt(jnp.sum(wind**2))
-        return (
-            self.constant
-            + eddy_damping_torque(self.eddy, rate, field)
-            + cross(-self.lag * way, field)
-            - density * speed * cross(self.air, wind)
-        )
+        return self.constant + eddy_damping_torque(self.eddy, rate, field) - density * speed * cross(self.air, wind)
 
 
 def missing_torques(bench: Bench) -> Iterator[Trial]:
@@ -75,10 +66,14 @@ def missing_torques(bench: Bench) -> Iterator[Trial]:
     found: dict[str, float] = {}
     for key, own in names.items():
         numbers = [k for k, leaf in enumerate(wider.parameters.leaves) if leaf.name in own]
+        if not numbers:
+            continue
         chi2 = chi2_in_room(wider, numbers)
         if chi2 is not None:
             found[key] = chi2
-    ranks = sorted(found, key=lambda key: found[key])
+    # By the price of their numbers: rods of three axes imitate currents in the shell.
+    price = float(np.log(max(bench.readings, 2)))
+    ranks = sorted(found, key=lambda key: found[key] + price * len(names[key]))
     for key in ranks[:1]:
         others = "; ".join(f"{KINDS[other][0]}: chi2 {found[other]:.0f}" for other in ranks[1:])
         word, meaning = KINDS[key]
@@ -93,14 +88,27 @@ def _part(key: str) -> str:
 def _with_part(bench: Bench) -> Bench:
     """The bench of a satellite with that part, and nothing of it free."""
     old, craft = bench.parameters, bench.problem.model.spacecraft
-    part = MissingTorque(jnp.zeros(3), jnp.zeros(()), jnp.zeros(3), jnp.zeros(3))
-    around = replace(bench.around, pushed=True)
+    part = MissingTorque(jnp.zeros(3), jnp.zeros(()), jnp.zeros(3))
+    around, has_rods = replace(bench.around, pushed=True, field_rate=True), craft.hysteresis_rods is not None
+    three = jnp.ones(3)
+    rods = HysteresisRods(
+        jnp.eye(3), 0.0 * three, COERCIVE_FIELD * three, REMANENCE * three, SATURATION * three, induction=0.0 * three
+    )
+    made = eqx.tree_at(
+        lambda c: (c.parts, c.hysteresis_rods),
+        craft,
+        ((*craft.parts, part), craft.hysteresis_rods if has_rods else rods),
+        is_leaf=lambda each: each is None,
+    )
 
     def changed(problem):
-        return eqx.tree_at(lambda p: p.model.spacecraft.parts, problem, (*craft.parts, part))
+        return eqx.tree_at(lambda p: p.model.spacecraft, problem, made)
 
     problem = changed(replace(bench, around=around).rebuilt(bench.samples))
-    leaves = (*old.leaves, *_leaves(bench, problem, f"spacecraft.parts.{len(craft.parts)}"))
+    place = f"spacecraft.parts.{len(craft.parts)}"
+    places = {key: f"{place}.{key}" for key in ("constant", "eddy", "air")}
+    places |= {} if has_rods else {"lag": "spacecraft.hysteresis_rods.volumes"}
+    leaves = (*old.leaves, *_leaves(bench, problem, places))
     names = [old.leaves[k].name for k in old.columns if k >= 0]
     held = [gauge.name for gauge in old.tree.gauges]
     parameters = free_parameters(problem.model, leaves, names, free_motion=old.free_motion, held=held)
@@ -116,7 +124,7 @@ def _with_part(bench: Bench) -> Bench:
     return replace(own, found=replace(bench.found, minima=(minimum,), parameters=parameters))
 
 
-def _leaves(bench: Bench, problem, place: str) -> list[Leaf]:
+def _leaves(bench: Bench, problem, places: dict[str, str]) -> list[Leaf]:
     """Its numbers, with priors that stop the spin within the session several times over."""
     field = float(np.median(np.linalg.norm(np.asarray(problem.orbit.b_field_eci), axis=-1)))
     prediction = bench.found.minima[0].refined.points.prediction
@@ -126,15 +134,21 @@ def _leaves(bench: Bench, problem, place: str) -> list[Leaf]:
     density = np.asarray(problem.orbit.air_density)
     speed = np.linalg.norm(np.asarray(problem.orbit.air_velocity_eci), axis=-1)
     pressure = float(np.median(density * speed**2)) + 1e-30
-    sizes = {"constant": torque, "eddy": torque / (spin * field**2), "lag": torque / field, "air": torque / pressure}
-    units = {"constant": "N m", "eddy": "S m4", "lag": "A m2", "air": "m3"}
+    sizes = {
+        "constant": torque,
+        "eddy": torque / (spin * field**2),
+        "lag": torque / field * MU_0 / REMANENCE,
+        "air": torque / pressure,
+    }
+    units = {"constant": "N m", "eddy": "S m4", "lag": "m3", "air": "m3"}
     found = []
-    for key, size in sizes.items():
+    for key, place in places.items():
+        size = sizes[key]
         for k, letter in enumerate("xyz" if key != "eddy" else "x"):
             found.append(
                 Leaf(
                     f"{_part(key)}.{letter}",
-                    f"{place}.{key}",
+                    place,
                     (k,),
                     units[key],
                     # With a sigma there is room for as many numbers as the largest kind has.

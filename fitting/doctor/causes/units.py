@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from fitting.doctor.bench import Bench
+from fitting.doctor.searches import anew
 from fitting.doctor.trial import Trial
 from jaxsat.sensors import Gyroscope, Magnetometer
 
@@ -29,7 +30,7 @@ def other_units(bench: Bench) -> Iterator[Trial]:
         elif isinstance(sensor, Gyroscope):
             factors = RATES
         for factor in factors:
-            for chi2 in bench.anew(bench.with_values(name, rows * factor), STARTS):
+            for chi2 in anew(bench, bench.with_values(name, rows * factor), STARTS):
                 yield Trial(
                     "unit",
                     f"readings of {name} times {factor:.6g} fit",
