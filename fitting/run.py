@@ -9,7 +9,7 @@ import jax
 import numpy as np
 
 from fitting.doctor.bench import Bench
-from fitting.doctor.examine import doubtful, examine, reconsidered
+from fitting.doctor.examine import DENIED, doubtful, examine, reconsidered
 from fitting.fitted import Fit
 from fitting.identify import Identified, identify
 from fitting.measurements.assembly import Samples, channels_within
@@ -18,7 +18,6 @@ from fitting.measurements.given import is_told
 from fitting.measurements.sky import Around
 from fitting.measurements.units import turns_between
 from fitting.orbit.orbit_fit import OrbitFit
-from fitting.outcome.result import WRONG_MODEL
 from fitting.outcome.summary import summarize
 from fitting.outcome.verdict import Background
 from fitting.parameters.chosen import chosen_leaves, spelt_out
@@ -36,6 +35,7 @@ from jaxsat.given import Given
 from jaxsat.satellites import Satellite
 from jaxsat.satellites.model import Leaf
 from jaxsat.telemetry import TableSession
+from jaxsat.telemetry.table.as_if import taken_as
 from jaxsat.telemetry.table.motion import motion_for
 from jaxsat.time import SECONDS_PER_DAY
 
@@ -53,6 +53,7 @@ def fit(
     progress: Progress = lambda *_: None,
     sky_ahead: bool = False,
     causes: bool = True,
+    as_if: Sequence[str] = (),
 ) -> Fit:
     """Fits attitude and parameters to what the sensors of a satellite measured.
 
@@ -62,10 +63,10 @@ def fit(
     `profiles` names free parameters whose cost is walked along; from a `guess` (`fitting.read_guess`, or one's own) the
     fit goes on without a search, and says so; with `sky_ahead` what a report shows of the
     surroundings is computed beside the fit; with `causes` the usual ones are tried where the data deny
-    it or chi2 is doubtful (half a minute), and what explains a doubt denies it too. A fit that does not converge is a
-    result with that status. Raises
-    `InputError` for what cannot be fitted and for such names that are not free, ValueError (pydantic's) for a setting
-    that cannot be, and ValueError where JAX works in single precision.
+    it or chi2 is doubtful (half a minute), and what explains a doubt denies it too; `as_if` are changes of the data as
+    a cause offers them, such as `swapped:+X,-X` (see `jaxsat.telemetry.table.as_if`). A fit that does not converge is a
+    result with that status. Raises `InputError` for what cannot be fitted and for such names that are not free,
+    ValueError (pydantic's) for a setting or a change that cannot be, and where JAX works in single precision.
     """
     if not jax.config.read("jax_enable_x64"):
         raise ValueError("a fit works in 64-bit numbers and JAX in 32-bit ones: call jaxsat.set_up_jax() first")
@@ -82,6 +83,7 @@ def fit(
     began = time.perf_counter()
     if given is not None and given.time.zero_s:
         session = session.with_time_zero(given.time.zero_s)
+    satellite, session = taken_as(as_if, satellite, session)
     task = _prepare(satellite, session, settings, given, sky_ahead)
     for remark in task.remarks:
         # Before the search, which may be long by what it tells.
@@ -96,14 +98,16 @@ def fit(
     result = summarize(found, _background(session, task.orbit_fit))
     profiler(found)
     if causes:
-        bench = Bench(found, task.around, settings, task.delayed)
-        if result.verdict == WRONG_MODEL:
-            result = dataclasses.replace(result, causes=examine(bench, result, session.elements_epoch, progress))
+        missed_m = None if task.orbit_fit is None else task.orbit_fit.rms_after_m
+        bench = Bench(found, task.around, settings, task.delayed, satellite, session, given, missed_m)
+        if result.verdict in DENIED:
+            result = dataclasses.replace(result, causes=examine(bench, result, progress))
         elif doubtful(result):
             result = reconsidered(bench, result, progress)
     timing = {**result.timing_s, "prepare": result.timing_s["prepare"] + prepared}
     timing["total"] = time.perf_counter() - began
     begin = () if guess is None else (guess.remark,)
+    begin += (f"the data are fitted as {', '.join(as_if)}",) if as_if else ()
     result = dataclasses.replace(result, timing_s=timing, remarks=(*begin, *task.remarks, *told, *result.remarks))
     about = session, satellite, settings, task.around, task.orbit_fit, task.sky
     return Fit(result, found, *about, profiler.profiles, profiler.reasons)

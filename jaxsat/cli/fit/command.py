@@ -8,9 +8,10 @@ from cyclopts import CycloptsError, Parameter, validators
 
 from jaxsat.bundled import BUNDLED
 from jaxsat.cli.shared.folders import default_folder
-from jaxsat.cli.shared.options import Arc, Drop, whole_number
+from jaxsat.cli.shared.options import Arc, Drop, check_changes, whole_number
 from jaxsat.cli.shared.tables import refuse_tables
 from jaxsat.cli.shared.talk import USUAL, Talking
+from jaxsat.files.as_if import FORMS
 
 
 def _refuse(options: dict[str, object], beside: str) -> None:
@@ -113,6 +114,16 @@ def fit(
     causes: Annotated[
         bool, Parameter(help="Where the data deny the fit, try the usual causes by short refits (half a minute).")
     ] = True,
+    as_if: Annotated[
+        list[str] | None,
+        Parameter(
+            name="--as",
+            help="CHANGE: fit the data as if this were so, as the table of causes offers it; repeatable. One of "
+            f"{'; '.join(FORMS.values())}.",
+            negative=(),
+            validator=check_changes,
+        ),
+    ] = None,
     talk: Talking = USUAL,
 ) -> int:
     """Fit attitude, and any of the satellite's parameters, to what its sensors measured.
@@ -173,6 +184,7 @@ def fit(
         files = [BUNDLED]
     clock = Clock(began, time.perf_counter() - began)
     asked = {"clock": clock, "plots": plots, "causes": causes, "profiles": tuple(profile or ()), "talk": talk}
+    asked["as_if"] = tuple(as_if or ())
     # Tables are joined by time, RAW_SUN files are sessions by themselves.
     if satellite is not None or len(files) == 1:
         from fitting.starts.guess_files import read_guess

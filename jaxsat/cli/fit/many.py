@@ -30,6 +30,7 @@ def fit_many(
     plots: bool,
     profiles: Sequence[str] = (),
     causes: bool = False,
+    as_if: Sequence[str] = (),
     talk: Talk,
 ) -> int:
     """Fits each file, a session by itself, into out/STEM, writes out/summary.json and returns the worst exit status.
@@ -46,7 +47,7 @@ def fit_many(
     with ThreadPoolExecutor(1, thread_name_prefix="write") as writer:
         for number, (path, name) in enumerate(zip(files, directory_names(files), strict=True)):
             own, directory = clock if number == 0 else Clock(time.perf_counter(), 0.0), out / name
-            how = {"clock": own, "plots": plots, "profiles": profiles, "causes": causes, "talk": talk}
+            how = {"clock": own, "plots": plots, "profiles": profiles, "causes": causes, "as_if": as_if, "talk": talk}
             failed = partial(_failed, path, directory)
             # A defect that one file brings to light must not cost the others their night's run.
             try:

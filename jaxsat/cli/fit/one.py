@@ -55,6 +55,7 @@ def fit_one(
     plots: bool,
     profiles: Sequence[str] = (),
     causes: bool = False,
+    as_if: Sequence[str] = (),
     guess: "Guess | None" = None,
     talk: Talk,
     alone: bool = True,
@@ -63,7 +64,7 @@ def fit_one(
 
     That says what was found too, if the session is `alone`; it is to be called, once, also where the outcome is of no
     interest. `profiles` names the parameters that get a profile; with `causes` the usual ones are tried where a fit is
-    denied; a `guess` takes the place of the search. Raises `InputError`, as the writing may.
+    denied; `as_if` changes the data; a `guess` takes the place of the search. Raises `InputError`, as the writing may.
     """
     from fitting.report.fit.owned import owned_files
     from fitting.run import fit
@@ -79,7 +80,8 @@ def fit_one(
         # Importing matplotlib costs half a second; the solver leaves one core to Python.
         threading.Thread(target=importlib.import_module, args=("fitting.report.fit.files",), daemon=True).start()
         with talk.stages(session.name, patience_s=0.0) as progress:
-            how = {"given": inputs.given, "profiles": profiles, "causes": causes, "guess": guess, "progress": progress}
+            how = {"given": inputs.given, "profiles": profiles, "causes": causes, "as_if": as_if, "guess": guess}
+            how["progress"] = progress
             found = fit(inputs.satellite, session, settings=inputs.settings, **how, sky_ahead=True)
             progress("writing results", 0, 0)
         found = found.after(before, total=time.perf_counter() - clock.began)
