@@ -15,7 +15,7 @@ from fitting.outcome.alternatives import DIFFERENT_ATTITUDE_DEG, other_minimum
 from fitting.outcome.believable import factor_remark, sigma_factor, widened, with_factor
 from fitting.outcome.breaks import find_breaks, stamp_delay
 from fitting.outcome.looking import Look, direct_readings, look_at
-from fitting.outcome.possible import no_body, without_light
+from fitting.outcome.possible import no_body, without_light, wrong_axes
 from fitting.outcome.result import WILD, ChannelFit, FitResult, FittedParameter, Holdout, Wish, misfit_share
 from fitting.outcome.series import PanelResiduals, panel_residuals, slots
 from fitting.outcome.uncertainty import correlations, field_angle_sigma, promised_saving
@@ -102,7 +102,7 @@ def summarize(found: Identified, background: Background | None = None) -> FitRes
         status=status,
         message=message,
         verdict=verdict,
-        remarks=(*remarks, *factor_remark(factor)),
+        remarks=(*wrong_axes(seen.model.sensors), *remarks, *factor_remark(factor)),
         chi2=chi2,
         dof=dof,
         parameters=with_factor(table, factor),
