@@ -95,6 +95,8 @@ def cube(seed: int, folder: Path, change: Change | None = None) -> Written:
     cfg["duration"] = CUBE_S
     for sensor in cfg["sensors"].values():
         sensor["cadence"] = CUBE_CADENCE_S
+    # On a row, so that the table tells the moment of each change.
+    cfg["commands"]["t"] = [CUBE_CADENCE_S * round(t / CUBE_CADENCE_S) for t in cfg["commands"]["t"]]
     if change is not None:
         change(cfg)
     table = write_session(cfg, folder)

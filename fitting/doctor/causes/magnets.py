@@ -10,7 +10,7 @@ from fitting.doctor.searches import anew
 from fitting.doctor.trial import Trial
 from jaxsat.satellites.model import MAGNET_PLACE
 
-STARTS = 48
+STARTS = 24
 FAR = 2.0
 """Of its prior sigmas by which a magnet's size must stand out for another direction of it to be another magnet."""
 
