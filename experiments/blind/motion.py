@@ -69,21 +69,24 @@ def attitude(cfg: dict[str, Any], start: dt.datetime, greenwich: float, t: Array
     return q / np.linalg.norm(q, axis=1, keepdims=True), solution.y[4:].T
 
 
-def simulate(cfg: dict[str, Any], *, sun: Array | None = None) -> dict[str, Any]:
+def simulate(
+    cfg: dict[str, Any], *, sun: Array | None = None, motion: tuple[Array, Array] | None = None
+) -> dict[str, Any]:
     """What a truth file holds, as arrays, with positions [m], velocities [m/s] and body field [T] beside.
 
-    `sun` [3] replaces the apparent Sun of each sample by one direction. Currents in mA; a panel whose `panel_ratio` is
-    zero is dead.
+    `sun` [3] replaces the apparent Sun of each sample by one direction, `motion` (quaternions and rates at the samples)
+    that of `attitude`. Currents in mA; a panel whose `panel_ratio` is zero is dead; `normals` of the settings are those
+    of panels that do not stand square.
     """
     start = dt.datetime.fromisoformat(cfg["start"])
     t = np.arange(0.0, cfg["duration"] + 1e-9, cfg["cadence"])
     greenwich = greenwich_angle(start)
     position, velocity = kepler(cfg["elements"], t)
     to_sun = apparent_sun(start, t) if sun is None else np.broadcast_to(sun, position.shape)
-    q, w = attitude(cfg, start, greenwich, t)
+    q, w = attitude(cfg, start, greenwich, t) if motion is None else motion
     axes = dcm_eci_from_body(q)
     field_body = np.einsum("tji,tj->ti", axes, magnetic_field(position, start, t, greenwich))
-    normals = NORMALS @ np.swapaxes(axes, -1, -2)
+    normals = np.array(cfg.get("normals", NORMALS)) @ np.swapaxes(axes, -1, -2)
     lit = is_lit(position, to_sun)
     image, share = mirrored(position, to_sun)
 

@@ -61,7 +61,10 @@ def _hysteresis(rod: dict[str, Any]) -> Callable[[float, float, float], tuple[fl
 def right_hand_side(cfg: dict[str, Any], world: World, commanded: Array) -> Callable[[float, Array], list[float]]:
     """y' of y = (quaternion, rate, flux density of each hysteresis rod), with moments of coils [3] held.
 
-    J w' = 3 mu/r^5 (r x J r) + m x B + k (w x B) x B + residual - w x J w,   q' = q (0, w) / 2
+    J w' = 3 mu/r^5 (r x J r) + m x B + k (w x B) x B + residual - f v^2 (d x v/v) - w x J w,   q' = q (0, w) / 2
+
+    The last but one is the air's: `drag` is f d, half of density, drag coefficient and area times the place of the
+    centre of pressure in the body [kg]; the air does not turn with the Earth.
     """
     J = np.array(cfg["inertia"])
     (a, b, c), (_, d, e), (_, _, f) = J.tolist()
@@ -72,6 +75,7 @@ def right_hand_side(cfg: dict[str, Any], world: World, commanded: Array) -> Call
     ]
     soft = [(unit_axis(rod["axis"]), _hysteresis(rod)) for rod in cfg.get("rods", ()) if "Hc" in rod]
     eddy, residual = cfg.get("eddy", 0.0), cfg.get("residual", [0.0, 0.0, 0.0])
+    (dx, dy, dz), pushed = cfg.get("drag", [0.0, 0.0, 0.0]), "drag" in cfg
     first, coefficients = float(world.nodes[0]), np.ascontiguousarray(np.moveaxis(world.spline.c, 1, 0))
 
     def slope(t: float, y: Array) -> list[float]:
@@ -104,12 +108,20 @@ def right_hand_side(cfg: dict[str, Any], world: World, commanded: Array) -> Call
                 mx, my, mz = mx + moment * ex, my + moment * ey, mz + moment * ez
                 flux_rates.append(rate)
         mx, my, mz = mx + eddy * (q * fz - r * fy), my + eddy * (r * fx - p * fz), mz + eddy * (p * fy - q * fx)
+        if pushed:
+            vx, vy, vz = ((3.0 * c3 * h + 2.0 * c2) * h + c1)[:3].tolist()
+            speed = math.sqrt(vx * vx + vy * vy + vz * vz)
+            ax, ay, az = (
+                -speed * (ex * vx + ey * vy + ez * vz) for ex, ey, ez in ((xx, yx, zx), (xy, yy, zy), (xz, yz, zz))
+            )
+        else:
+            ax = ay = az = 0.0
         gravity = 3.0 * MU / (ux * ux + uy * uy + uz * uz) ** 2.5
         gx, gy, gz = a * ux + b * uy + c * uz, b * ux + d * uy + e * uz, c * ux + e * uy + f * uz
         hx, hy, hz = a * p + b * q + c * r, b * p + d * q + e * r, c * p + e * q + f * r
-        tx = gravity * (uy * gz - uz * gy) + my * fz - mz * fy + residual[0] - (q * hz - r * hy)
-        ty = gravity * (uz * gx - ux * gz) + mz * fx - mx * fz + residual[1] - (r * hx - p * hz)
-        tz = gravity * (ux * gy - uy * gx) + mx * fy - my * fx + residual[2] - (p * hy - q * hx)
+        tx = gravity * (uy * gz - uz * gy) + my * fz - mz * fy + residual[0] + dy * az - dz * ay - (q * hz - r * hy)
+        ty = gravity * (uz * gx - ux * gz) + mz * fx - mx * fz + residual[1] + dz * ax - dx * az - (r * hx - p * hz)
+        tz = gravity * (ux * gy - uy * gx) + mx * fy - my * fx + residual[2] + dx * ay - dy * ax - (p * hy - q * hx)
         return [
             0.5 * (-x * p - y_ * q - z * r),
             0.5 * (w * p + y_ * r - z * q),
@@ -130,16 +142,20 @@ def unit_axis(axis: Any) -> list[float]:
 
 
 class Motion:
-    """Attitude and rate at any time of a session; rods start demagnetised."""
+    """Attitude and rate at any time of a session; rods start demagnetised, a `kick` changes the rate at its time."""
 
     def __init__(self, cfg: dict[str, Any], world: World) -> None:
         soft = sum("Hc" in rod for rod in cfg.get("rods", ()))
         y = np.array([*cfg["q0"], *cfg["w0"], *[0.0] * soft])
         scale = np.array([1.0] * 4 + [0.01] * 3 + [0.01] * soft)
         changes, moments = coil_moments(cfg)
-        edges = [world.start, *changes[(changes > world.start) & (changes < world.stop)], world.stop]
+        kick = cfg.get("kick", {"t": np.inf, "rate": [0.0, 0.0, 0.0]})
+        inside = {float(t) for t in [*changes, kick["t"]] if world.start < t < world.stop}
+        edges = [world.start, *sorted(inside), world.stop]
         self._edges, self._pieces = np.array(edges), []
         for start, stop in zip(edges[:-1], edges[1:], strict=True):
+            if start == kick["t"]:
+                y = y + np.concatenate([np.zeros(4), kick["rate"], np.zeros(soft)])
             slope = right_hand_side(cfg, world, moments[int(np.searchsorted(changes, start, side="right"))])
             done = solve_ivp(slope, (start, stop), y, "DOP853", dense_output=True, rtol=RELATIVE, atol=ABSOLUTE * scale)
             if not done.success:

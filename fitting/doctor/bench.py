@@ -4,13 +4,14 @@ Another order of columns, another free set, a shift of stamps, a scale are data 
 that a trial costs its solving alone.
 """
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.doctor.score import Score
 from fitting.doctor.trial import EXPLAINED
 from fitting.identify import Identified
 from fitting.measurements.assembly import Samples, build_problem, usable
@@ -18,22 +19,23 @@ from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.groups import columns_of
 from fitting.measurements.problem import Problem
 from fitting.measurements.sky import Around
+from fitting.outcome.looking import look
 from fitting.parameters.free import FreeParameters
 from fitting.parameters.names import STATE
 from fitting.settings import FitSettings
 from fitting.solvers.refine import Refined, refine
-from fitting.starts.conventions import Convention
-from fitting.starts.growing import Run, grow
-from fitting.starts.ladder import directed_samples, first_guesses
 from fitting.starts.multi_start import CHUNK, Starts
-from fitting.starts.sights import sights_of
-from jaxsat.errors import InputError
-from jaxsat.integrators import RK4, step_for
+from jaxsat.given import Given
+from jaxsat.integrators import BLOCK, RK4, step_for
+from jaxsat.satellites import Satellite
+from jaxsat.telemetry import TableSession
 
 PATIENCE = 1
 """Rounds more of a refit that is not at its minimum: what explains the data gets there soon."""
 WITNESS_LIMIT = 25.0
 """Square of a witness's residual that counts at most [sigma^2]."""
+HOPELESS = 12.0
+"""Chi2 per reading, large residuals cut off, of what no change nearby explains."""
 TOLERANCE = 4e-2
 """Integration error of a search [rad]: as while arcs grow."""
 
@@ -46,6 +48,12 @@ class Bench:
     around: Around
     settings: FitSettings
     delayed: tuple[str, ...]
+    satellite: Satellite
+    session: TableSession
+    """What was read."""
+    given: Given | None = None
+    missed_m: float | None = None
+    """By which positions miss their orbit, RMS of a coordinate."""
 
     @property
     def samples(self) -> Samples:
@@ -61,6 +69,13 @@ class Bench:
     def problem(self) -> Problem:
         """That of the best minimum."""
         return self.found.minima[0].problem
+
+    def of_everything(self) -> "Bench":
+        """The same with nothing held out, its minima refitted to all."""
+        whole = replace(self, found=replace(self.found, fitted=len(self.samples.t)))
+        best = self.found.minima[0]
+        refined = whole.refitted(best.problem)
+        return replace(whole, found=replace(whole.found, minima=(replace(best, refined=refined),)))
 
     @cached_property
     def starts(self) -> Starts:
@@ -89,7 +104,7 @@ class Bench:
         return self.told(self.weight(self.problem))
 
     def told(self, weight: np.ndarray) -> int:
-        """Readings with a weight [samples channels] that are not such zeros."""
+        """Readings with a weight [samples channels] that are not those."""
         return int(((weight > 0) & (np.asarray(self.problem.floor) == NO_FLOOR)).sum())
 
     @cached_property
@@ -138,47 +153,15 @@ class Bench:
             progress=lambda *_: None,
         )
 
-    def searched(
-        self,
-        problems: Sequence[tuple[Problem, Samples]],
-        count: int,
-        *,
-        weight: np.ndarray | None = None,
-        last: int | None = None,
-        parameters: FreeParameters | None = None,
-    ) -> list[Run]:
-        """What a search of `count` starts for each problem leaves, best first; nothing where none survives.
-
-        `last` is the number of the last sample of its arcs.
-        """
-        parameters = parameters or self.parameters
-        runs, use = [], None
-        for number, (problem, samples) in enumerate(problems):
-            sights = sights_of(problem, samples)
-            rng = np.random.default_rng(self.settings.seed)
-            guesses = first_guesses(sights, 0, count, self._fastest, rng)
-            starts = guesses.starts(np.zeros(len(parameters.everything)))
-            runs.append(Run(Convention({}, float(number)), problem, starts))
-            use = self.weight(problem, samples) if use is None else use
-        if use is None:
-            return []
-        problem, samples = problems[0]
-        seen = directed_samples(sights_of(problem, samples))
-        if last is None:
-            last = len(samples.t) - (len(self.samples.t) - self.found.fitted) - 1
-        try:
-            grow(runs, seen[seen <= last], last, parameters, use if weight is None else weight)
-        except InputError:
-            return []
-        return runs
-
     @cached_property
-    def _fastest(self) -> float:
-        return float(np.radians(self.settings.max_rate_deg_s))
+    def fastest(self) -> float:
+        """Rate that a search has to follow [rad/s]: that of the settings, or of the best minimum."""
+        rate = np.asarray(self.found.minima[0].refined.points.prediction.angular_velocity)[0]
+        return max(float(np.radians(self.settings.max_rate_deg_s)), float(np.linalg.norm(rate, axis=1).max()))
 
     @cached_property
     def _search_step(self) -> float:
-        step = step_for(RK4, self._fastest, float(np.ptp(self.samples.t)), TOLERANCE)
+        step = step_for(RK4, self.fastest, float(np.ptp(self.samples.t)), TOLERANCE)
         return max(min(self.settings.step_s, step), self.found.finest_step)
 
     def chi2_of(self, problem: Problem, refined: Refined, number: int = 0) -> float:
@@ -201,20 +184,36 @@ class Bench:
         best = int(np.argmin(found))
         return found[best], best
 
-    def anew(
-        self, samples: Samples, count: int, *, same_sky: bool = True, parameters: FreeParameters | None = None
-    ) -> Iterator[float]:
-        """Chi2 of what a search finds; nothing where no start survives."""
-        coarse = self.rebuilt(samples, same_sky=same_sky, coarse=True)
-        runs = self.searched([(coarse, samples)], count, parameters=parameters)
-        if runs:
-            fine = self.rebuilt(samples, same_sky=same_sky)
-            yield self.best_of(fine, self.refitted(fine, first(runs[0].starts), parameters=parameters))[0]
+    @cached_property
+    def score(self) -> Score:
+        """The best minimum, linearised, with what witnesses say."""
+        residual, jacobian = self.look(self.problem, self.parameters, self.starts.x[0], self.starts.reference[0])
+        free = self.parameters.everything
+        weight = self.weight(self.problem) + self._asked(self.problem)
+        has_prior = (np.arange(len(free)) >= len(STATE))[free]
+        x = np.where(has_prior, self.starts.x[0][free], 0.0)
+        return Score(residual, jacobian[..., free], weight, np.asarray(self.problem.floor), x, has_prior)
+
+    def look(self, problem: Problem, parameters: FreeParameters, x, reference) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals [samples channels] and their Jacobian by all unknowns."""
+        last = int(np.flatnonzero(problem.valid)[-1])
+        blocks = np.asarray(-(-int(np.asarray(problem.grid.sample_index)[last]) // BLOCK))
+        return jax.device_get(look(problem, parameters.tree, x, reference, blocks)[:2])
 
     def columns(self, name: str) -> slice:
         """Of the residuals of a channel."""
         groups = self.problem.groups
         return next(own for group, own in zip(groups, columns_of(groups), strict=True) if group.name == name)
+
+    @property
+    def unexplained(self) -> float:
+        """Chi2 beyond what noise has."""
+        return max(self.chi2 - self.readings, 0.0)
+
+    @property
+    def hopeless(self) -> bool:
+        """Whether no minimum is near that of the data: small changes help nothing."""
+        return bool(self.chi2 > HOPELESS * self.readings)
 
     @property
     def enough(self) -> float:
@@ -230,8 +229,3 @@ class Bench:
     def with_values(self, name: str, rows: np.ndarray) -> Samples:
         """The samples with other readings of one channel."""
         return replace(self.samples, values={**self.samples.values, name: rows})
-
-
-def first(starts: Starts) -> Starts:
-    """As many of the best as one call of the solver takes."""
-    return starts.take(np.arange(min(CHUNK, len(starts.cost))))

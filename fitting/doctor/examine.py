@@ -6,45 +6,66 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import chdtrc
 
-from fitting.doctor.axes import other_orders
 from fitting.doctor.bench import Bench
-from fitting.doctor.changes import changes
-from fitting.doctor.columns import dead_columns
-from fitting.doctor.freeing import freed_parts
-from fitting.doctor.scales import drifting_scales, other_noise
-from fitting.doctor.stamps import jumping_stamps, late_positions, other_year
+from fitting.doctor.causes.axes import other_orders
+from fitting.doctor.causes.changes import changes
+from fitting.doctor.causes.columns import dead_columns
+from fitting.doctor.causes.dates import other_year, other_zone
+from fitting.doctor.causes.freeing import freed_parts
+from fitting.doctor.causes.magnets import other_magnets
+from fitting.doctor.causes.mountings import other_axes
+from fitting.doctor.causes.positions import earth_fixed, late_positions
+from fitting.doctor.causes.scales import drifting_scales, offset_readings, other_noise
+from fitting.doctor.causes.stamps import jumping_stamps, late_channels, running_clock
+from fitting.doctor.causes.torques import missing_torques
+from fitting.doctor.causes.units import other_units
 from fitting.doctor.trial import Trial, ranked
 from fitting.outcome.believable import without_sigmas
-from fitting.outcome.result import FITS, NOT_CONVERGED, WRONG_MODEL, Cause, FitResult
+from fitting.outcome.result import FITS, FITS_ONLY, NOT_CONVERGED, UNDETERMINED, WRONG_MODEL, Cause, FitResult
 from fitting.starts.multi_start import Progress
 from jaxsat.errors import InputError
-from jaxsat.time import Epoch
 
-HOPELESS = 12.0
-"""Chi2 per reading, large residuals cut off, of what no change nearby explains."""
 NOISE = 1.2
 """Chi2 per reading with a cause that leaves nothing to be explained: no other is tried."""
 DOUBT_P, DENIES = 2e-3, 40.0
 """Probability of chi2 below which a fit is doubtful, and the fall of chi2 by a cause, beside 2 for each number it adds,
 that denies it: noise makes one of that size in a thousand million fits."""
+DENIED = (WRONG_MODEL, FITS_ONLY, UNDETERMINED)
+"""Verdicts after which causes are looked for."""
 Kind = Callable[[], Iterator[Trial]]
 
 
-def examine(bench: Bench, result: FitResult, elements_epoch: Epoch | None, progress: Progress) -> tuple[Cause, ...]:
+def examine(bench: Bench, result: FitResult, progress: Progress) -> tuple[Cause, ...]:
     """Causes that would explain the data better, the best first; none where the motion is given and not found.
 
-    `elements_epoch` is that of the element set which stands in the table itself.
+    Where the data are explained but the attitude is not told, or the solver stopped short, there is no cause to find.
     """
     if bench.samples.given is not None or bench.settings.adaptive.on:
         return ()
+    if result.verdict == FITS_ONLY:
+        bench = bench.of_everything()
+    if result.verdict == UNDETERMINED and bench.chi2 < NOISE * bench.readings:
+        return ()
     orders: list[Kind] = [lambda: other_orders(bench)]
-    local = [*_nearby(bench), lambda: other_noise(bench, result)]
+    local = [
+        *_nearby(bench),
+        lambda: offset_readings(bench),
+        lambda: late_channels(bench),
+        lambda: other_noise(bench, result),
+    ]
     kinds: list[Kind] = [
-        lambda: other_year(bench, elements_epoch),
+        lambda: earth_fixed(bench),
+        lambda: other_year(bench),
         lambda: jumping_stamps(bench),
+        lambda: other_axes(bench),
+        lambda: other_units(bench),
         lambda: dead_columns(bench),
         # Near a minimum that is none of the data's, small changes help nothing.
-        *(orders + local if bench.chi2 > HOPELESS * bench.readings else local + orders),
+        *(orders + local if bench.hopeless else local + orders),
+        lambda: missing_torques(bench),
+        lambda: running_clock(bench),
+        lambda: other_zone(bench),
+        lambda: other_magnets(bench),
         lambda: changes(bench),
     ]
     return _tried(bench, kinds, NOISE * bench.readings, progress)

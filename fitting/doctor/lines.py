@@ -13,6 +13,8 @@ def lowest(chi2: Callable[[float], float], tried: Sequence[float], at_zero: floa
     found = {0.0: at_zero} | {value: chi2(value) for value in tried}
     for _ in range(2):
         values = sorted(found)
+        if len(values) < 3:
+            break
         k = int(np.clip(values.index(min(found, key=lambda value: found[value])), 1, len(values) - 2))
         three = values[k - 1 : k + 2]
         a, b, c = np.polyfit(three, [found[value] for value in three], 2)

@@ -126,6 +126,12 @@ def test_the_angle_between_field_and_sun(odd, capsys):
     assert re.match(r"sv: (\d+) of \1 readings in the computed shadow see light", only)
     assert "angle between field (mag) and Sun (sv) is off by 0." in " ".join(capsys.readouterr().out.split())
     found = odd(mag() | sun(SUN_SEEN * [1, 1, -1]), SATELLITE + SUN)
+    # A sign of either: the angle cannot tell which.
+    assert any(
+        re.match("mag, sv: .*; 0.4 deg with --as axes:mag:[+]x[+]y-z or --as axes:sv:[+]x[+]y-z", each)
+        for each in found
+    )
+    found = odd(mag() | sun(Rotation.from_rotvec([0.5, -0.4, 0.3]).apply(SUN_SEEN)), SATELLITE + SUN)
     assert any(re.match("mag, sv: .*: axes, a sign", each) for each in found)
 
 
@@ -173,6 +179,37 @@ def test_a_gyro_in_another_unit_and_a_spin_too_fast_for_the_spacing(odd):
     found = odd(mag() | rates, SATELLITE + gyro)
     assert any(re.match("gyro: rates of 573 deg/s .*is the unit 'rad/s' right", each) for each in found)
     assert any(re.match("mag: the satellite turns by 1.*deg between readings", each) for each in found)
+
+
+GYRO = '[sensors.gyro]\nkind = "gyro"\n[channels.gyro]\ncolumns = ["gx", "gy", "gz"]\nunit = "deg/s"\nsigma = 0.01\n'
+
+
+@pytest.mark.parametrize(
+    ("rates", "said"),
+    [
+        ([0.3, 0.4, -0.2], None),
+        ([0.3, -0.4, -0.2], "gyro: directions of mag do not turn as the rates.*--as axes:gyro:[+]x-y[+]z fits"),
+        ([-0.2, 0.4, 0.3], "gyro: directions of mag do not turn as the rates.*--as axes:gyro:[+]z[+]y[+]x fits"),
+        (np.radians([0.3, 0.4, -0.2]), "gyro: directions of mag turn [0-9.]+ times.*--as scaled:gyro:57.29578"),
+    ],
+)
+def test_a_gyro_against_the_turn_of_the_field(odd, rates, said):
+    # Six times as fast and as far between, so that the field's own way along the orbit is little of it.
+    t = np.linspace(0.0, 200.0, 60)
+    field = np.stack([np.interp(t, T, column) for column in FIELD.T], axis=1)
+    turning = Rotation.from_rotvec(6.0 * t[:, None] * np.radians([0.3, 0.4, -0.2])).inv().apply(field)
+    noise = RNG.normal(scale=1e-3, size=(60, 3))
+    read = dict(zip(["gx", "gy", "gz"], (6.0 * np.array(rates) + noise).T, strict=True))
+    found = [each for each in odd(mag(turning) | read, SATELLITE + GYRO, t) if "directions" in each]
+    assert found == [] if said is None else re.match(said, found[0]), found
+
+
+def test_stamps_that_jump_and_axes_that_are_left_handed(odd):
+    found = odd(mag(), t=T + 13.0 * (T > 2000.0))
+    assert any("by -7.0 s after 2000 s (--as jump:2000.0:-7.0)" in each for each in found), found
+    mirrored = SATELLITE.replace('"magnetometer"', '"magnetometer"\naxes = ["+x", "+y", "-z"]')
+    said = "mag: its axes in the satellite file are a left-handed set"
+    assert any(each.startswith(said) for each in odd(mag(), mirrored))
 
 
 def test_turns_by_directions_where_there_is_no_gyro(odd, capsys):

@@ -8,6 +8,8 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter, Token
 
+from jaxsat.files.as_if import AsIf
+
 
 def _check_intervals(_: Any, value: Sequence[Any] | None) -> None:
     for begin, end in [] if value is None else [value] if isinstance(value, tuple) else value:
@@ -29,6 +31,12 @@ def whole_number(_: Any, tokens: Sequence[Token]) -> int:
     if not re.fullmatch(r"[+-]?[0-9]{1,18}", text):
         raise ValueError(f"Expected a whole number, got {text}.")
     return int(text)
+
+
+def check_changes(_: Any, value: Sequence[str] | None) -> None:
+    """Refuses what is no change of the data."""
+    for text in value or ():
+        AsIf.of(text)
 
 
 ConfigFile = Annotated[

@@ -11,7 +11,9 @@ from scipy.spatial.transform import Rotation
 from jaxsat.math.on_host import angle_between_attitudes, angles_between
 from jaxsat.satellites.satellite import Satellite
 from jaxsat.telemetry.checks.around import Around
+from jaxsat.telemetry.checks.axes import other_readings
 from jaxsat.telemetry.checks.finding import Finding, finding
+from jaxsat.telemetry.checks.gyros import Sight, check_gyroscope
 from jaxsat.telemetry.table.session import TableSession
 
 _SAME_S = 0.01
@@ -63,7 +65,12 @@ def check_angles(satellite: Satellite, session: TableSession, around: Around) ->
         if "attitude" in (one.of, two.of) and one.of != two.of:
             found += _against_stars(*((two, one) if one.of == "attitude" else (one, two)), around)
         elif one.of != two.of:
-            found += _apart(one, two, around)
+            found += _apart(one, two, satellite, session, around)
+    lit = [(each, _usable((each,), each.t, around)) for each in sights if each.of in ("sun", "field")]
+    directions = [Sight(each.name, each.of, each.t[used], each.seen[used]) for each, used in lit]
+    for name in session.channels:
+        if satellite.model.sensors[name].sees == "rate":
+            found += check_gyroscope(satellite, session, name, directions)
     return found
 
 
@@ -107,7 +114,7 @@ def _seen(name: str, satellite: Satellite, session: TableSession) -> _Sight | No
     return _Sight(name, what, channel.t_s[known], seen[known], sigma[known]) if known.any() else None
 
 
-def _apart(one: _Sight, two: _Sight, around: Around) -> list[Finding]:
+def _apart(one: _Sight, two: _Sight, satellite: Satellite, session: TableSession, around: Around) -> list[Finding]:
     second, second_sigma = two.at(one.t)
     used = np.isfinite(second).all(axis=1) & _usable((one, two), one.t, around)
     if used.sum() < _FEW:
@@ -121,9 +128,18 @@ def _apart(one: _Sight, two: _Sight, around: Around) -> list[Finding]:
         f"the middle of {used.sum()} readings, of which their noise is {noise:.1f}"
     )
     odd = off > max(_LARGEST_DEG, 3.0 * noise)
-    if odd:
+    hint = ""
+    if off > noise:
+        hint = other_readings(satellite, session, (one.name, two.name), (one.seen[used], second[used]), expected)
+    if hint:
+        text += f"; {hint}"
+    elif odd:
         text += ": axes, a sign, a large bias, or stamps of one of them"
-    return [finding(f"{one.name}, {two.name}", text, odd=odd, numbers={"angle_off_deg": off, "noise_deg": noise})]
+    return [
+        finding(
+            f"{one.name}, {two.name}", text, odd=odd or bool(hint), numbers={"angle_off_deg": off, "noise_deg": noise}
+        )
+    ]
 
 
 def _against_stars(one: _Sight, stars: _Sight, around: Around) -> list[Finding]:

@@ -12,6 +12,8 @@ from jaxsat.telemetry.table.session import Channel, TableSession
 _GAP = 5.0
 """Times the usual spacing."""
 _FEW = 10
+_ODD, _ODD_S, _MOST_JUMPS = 0.02, 1.5, 3
+"""Of the usual spacing, and seconds, by which an interval must be off a multiple of it; of more the pace is none."""
 
 
 def check_rows(session: TableSession) -> list[Finding]:
@@ -42,6 +44,7 @@ def check_spacing(channel: Channel, satellite: Satellite) -> list[Finding]:
         longest = spacing[gaps].max()
         text = f"{count_text(gaps.size, 'gap')} of more than {_GAP:g} times that, up to {longest:g} s, after "
         found.append(finding(about, text + times_text(t[gaps]), odd=longest > 0.1 * (t[-1] - t[0])))
+    found += _jumps(channel.name, t, usual)
     step = _rounding(t)
     declared = satellite.time.resolution_s
     # Dropped readings leave whole multiples of the usual spacing.
@@ -50,6 +53,16 @@ def check_spacing(channel: Channel, satellite: Satellite) -> list[Finding]:
         text = f"stamps are multiples of {step:g} s and unevenly spaced: rounded? Then time.resolution_s = {step:g}"
         found.append(finding(about, text, odd=True, numbers={"resolution_s": step}))
     return found
+
+
+def _jumps(about: str, t: np.ndarray, usual: float) -> list[Finding]:
+    """Of stamps at one pace, intervals that are no multiple of it."""
+    odd = np.remainder(np.diff(t) + 0.5 * usual, usual) - 0.5 * usual
+    places = np.flatnonzero(np.abs(odd) > max(_ODD * usual, _ODD_S))
+    if not 0 < places.size <= _MOST_JUMPS or t.size < _FEW:
+        return []
+    told = "; ".join(f"by {odd[k]:+.1f} s after {t[k]:g} s (--as jump:{t[k]:.1f}:{odd[k]:.1f})" for k in places)
+    return [finding(about, f"stamps jump, or rows are lost and the pace with them: {told}", odd=True)]
 
 
 def _rounding(t: np.ndarray) -> float | None:

@@ -12,8 +12,10 @@ from jaxsat.satellites.satellite import Satellite
 from jaxsat.sensors import Gyroscope
 from jaxsat.telemetry.checks.angles import check_angles, check_turning
 from jaxsat.telemetry.checks.around import Around, tabulated
+from jaxsat.telemetry.checks.axes import check_handedness
 from jaxsat.telemetry.checks.calibration import check_calibration
 from jaxsat.telemetry.checks.finding import Finding, finding
+from jaxsat.telemetry.checks.plane import check_plane
 from jaxsat.telemetry.checks.sizes import check_sizes, whole_rows
 from jaxsat.telemetry.checks.stamps import check_columns, check_rows, check_spacing, check_turns
 from jaxsat.telemetry.table.orbit import MARGIN_S, element_set_for, orbit_for
@@ -21,7 +23,7 @@ from jaxsat.telemetry.table.session import TableSession
 
 SCHEMA = "jaxsat.check/1"
 _WIDE_MARGIN_S = 600.0
-_OLD_DAYS = 3.0
+_OLD_DAYS, _FAR_DAYS = 3.0, 60.0
 
 
 @dataclass(frozen=True)
@@ -75,7 +77,11 @@ def check_session(satellite: Satellite, session: TableSession) -> SessionCheck:
         findings += check_sizes(satellite.model.sensors[name], channel, around)
         findings += check_calibration(satellite, channel, around)
         findings += check_turns(channel, rates)
-    findings += check_turning(satellite, session) + check_angles(satellite, session, around)
+    findings += (
+        check_handedness(satellite, session)
+        + check_turning(satellite, session)
+        + check_angles(satellite, session, around)
+    )
     return SessionCheck(satellite, session, tuple(findings))
 
 
@@ -96,6 +102,13 @@ def _about_orbit(satellite: Satellite, session: TableSession, around: Around) ->
     text = f"{height.min():.0f} to {height.max():.0f} km high, {100 * lit:.0f} % of the time in sunlight"
     numbers = {"lowest_km": float(height.min()), "highest_km": float(height.max()), "sunlit": lit}
     found = [finding("orbit", text, odd=bool(height.min() < 120.0), numbers=numbers)]
+    found += check_plane(session)
+    if session.elements_epoch is not None:
+        days = session.epoch.seconds_since(session.elements_epoch) / 86400.0
+        if abs(days) > _FAR_DAYS:
+            old = f"{abs(days):.0f} days {'old' if days > 0 else 'ahead'}"
+            text = f"the table's own element set is {old}: look at the date"
+            found.append(finding("orbit", text, odd=True, numbers={"own_elements_age_days": days}))
     elements = element_set_for(satellite, session)
     if elements is not None:
         days = session.epoch.seconds_since(elements.epoch) / 86400.0

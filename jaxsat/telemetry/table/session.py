@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -137,6 +137,18 @@ class TableSession:
             columns={name: moved(pair) for name, pair in self.columns.items()},
             motion=None if self.motion is None else moved(self.motion),
             positions=None if self.positions is None else moved(self.positions),
+        )
+
+    def restamped(self, change: Callable[[np.ndarray], np.ndarray]) -> "TableSession":
+        """The same with other stamps of all that was measured; positions, which another clock has, stay where they are.
+
+        `change` is of times [n] that rise, and what it answers has to rise too.
+        """
+        return replace(
+            self,
+            channels={name: replace(each, t_s=change(each.t_s)) for name, each in self.channels.items()},
+            columns={name: (change(t), values) for name, (t, values) in self.columns.items()},
+            motion=None if self.motion is None else (change(self.motion[0]), self.motion[1]),
         )
 
     @property

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fitting.doctor.bench import Bench
-from fitting.doctor.freeing import freed_parts, parts_to_free
-from fitting.doctor.stamps import jumping_stamps
+from fitting.doctor.causes.freeing import freed_parts, parts_to_free
+from fitting.doctor.causes.stamps import jumping_stamps
 from fitting.doctor.trial import ranked
 from fitting.run import fit
 from fitting.settings import FitSettings
@@ -30,7 +30,8 @@ def denied(change) -> tuple[Bench, str]:
     session = replace(session, channels={name: change(channel) for name, channel in session.channels.items()})
     settings = FitSettings(free=FREE)
     found = fit(satellite, session, settings=settings, causes=False)
-    return Bench(found.found, surroundings(satellite, session)[0], settings, ()), found.verdict
+    around, _ = surroundings(satellite, session)
+    return Bench(found.found, around, settings, (), satellite, session), found.verdict
 
 
 @pytest.fixture(scope="module")

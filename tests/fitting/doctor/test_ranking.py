@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitting.doctor.axes import exchanged
+from fitting.doctor.causes.axes import exchanged
 from fitting.doctor.lines import lowest
 from fitting.doctor.trial import Trial, ranked
 

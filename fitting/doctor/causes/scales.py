@@ -5,14 +5,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from fitting.doctor.bench import Bench
-from fitting.doctor.lines import lowest
+from fitting.doctor.searches import along
 from fitting.doctor.sensors import sunlit
 from fitting.doctor.trial import Trial
+from fitting.measurements.problem import Problem
 from fitting.outcome.result import FitResult
 
-DRIFTS = (-0.3, -0.15, -0.07, 0.07, 0.15, 0.3)
-"""Changes of scale over the session that are tried."""
-
+MOST_DRIFT = 0.6
+"""Largest change of scale over the session that is tried."""
+OFFSET = 0.3
+"""Of a bright reading, the largest constant that is tried."""
 WHITE_P = 1e-3
 """Probability of the memory of residuals below which they are no noise."""
 LARGEST = 5.0
@@ -26,12 +28,13 @@ def drifting_scales(bench: Bench) -> Iterator[Trial]:
     for name in sunlit(bench):
         rows = bench.samples.values[name]
 
-        def chi2(change: float, name=name, rows=rows) -> float:
-            samples = bench.with_values(name, rows / (1.0 + change * share)[:, None])
-            problem = bench.rebuilt(samples, same_sky=True)
-            return bench.best_of(problem, bench.refitted(problem))[0]
+        def changed(change: float, name=name, rows=rows) -> Problem:
+            return bench.rebuilt(bench.with_values(name, rows / (1.0 + change * share)[:, None]), same_sky=True)
 
-        change, least = lowest(chi2, DRIFTS, bench.chi2)
+        found = along(bench, changed, 0.02, (-MOST_DRIFT, MOST_DRIFT))
+        if found is None:
+            continue
+        change, least = found
         yield Trial(
             "drift",
             f"the scale of {name} drifts by {100.0 * change:+.0f} % over the session",
@@ -39,7 +42,37 @@ def drifting_scales(bench: Bench) -> Iterator[Trial]:
             "readings by it",
             least,
             1,
+            f"--as drifting:{name}:{change:.4f}",
         )
+
+
+def offset_readings(bench: Bench) -> Iterator[Trial]:
+    """Faces all of whose readings are too large by a constant, or too small; what was cut off at zero is unknown."""
+    for name in sunlit(bench):
+        rows, channel = bench.samples.values[name], bench.samples.channels[name]
+        brightest = float(np.nanquantile(np.nanmax(rows, axis=1), 0.9))
+
+        def changed(size: float, name=name, rows=rows) -> Problem:
+            return bench.rebuilt(bench.with_values(name, without_offset(rows, size)), same_sky=True)
+
+        found = along(bench, changed, channel.sigma, (-OFFSET * brightest, OFFSET * brightest))
+        if found is None:
+            continue
+        size, least = found
+        told = f"{size * channel.to_unit:.3g}"
+        yield Trial(
+            "offset",
+            f"readings of {name} are too {'large' if size > 0 else 'small'} by {told.lstrip('-')} {channel.unit}",
+            "the amplifier or converter has a zero of its own: take it off",
+            least,
+            1,
+            f"--as offset:{name}:{told}",
+        )
+
+
+def without_offset(rows: np.ndarray, size: float) -> np.ndarray:
+    """Readings less a constant: none below zero, and none where one that was too small was cut off there."""
+    return np.maximum(rows - size, 0.0) if size > 0.0 else np.where(rows == 0.0, np.nan, rows - size)
 
 
 def other_noise(bench: Bench, result: FitResult) -> Iterator[Trial]:
@@ -58,5 +91,5 @@ def other_noise(bench: Bench, result: FitResult) -> Iterator[Trial]:
             # are off as before.
             bench.readings * (1.0 + float(np.log(ratio))) + bench.of_witnesses,
             1,
-            f"channels.{name}.sigma = {channel.sigma * np.sqrt(ratio):.3g}",
+            f"--as noise:{name}:{channel.sigma * np.sqrt(ratio):.3g}",
         )

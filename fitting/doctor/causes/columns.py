@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from fitting.doctor.bench import Bench
+from fitting.doctor.searches import anew
 from fitting.doctor.sensors import sunlit
 from fitting.doctor.trial import Trial
 
@@ -29,7 +30,7 @@ def dead_columns(bench: Bench) -> Iterator[Trial]:
             samples = bench.with_values(name, masked)
             own = np.zeros_like(told)
             own[:, bench.columns(name).start + k] = told[:, bench.columns(name).start + k]
-            for chi2 in bench.anew(samples, STARTS):
+            for chi2 in anew(bench, samples, STARTS):
                 yield Trial(
                     "column",
                     f"column {labels[k]} of {name} is {'dead' if k in dark else 'weak or wrong'}",
@@ -37,7 +38,7 @@ def dead_columns(bench: Bench) -> Iterator[Trial]:
                     # What is left out would have had the chi2 of noise.
                     chi2 + bench.told(own),
                     1,
-                    f"channels.{name}: leave out the column {labels[k]}",
+                    f"--as without:{labels[k]}",
                 )
 
 

@@ -8,20 +8,17 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fitting.doctor.bench import Bench
-from fitting.doctor.trial import Trial
+from fitting.doctor.searches import PROMISE, anew
+from fitting.doctor.trial import WORTH, Trial
 from fitting.measurements.floor import at_floor
-from fitting.measurements.problem import Problem
-from fitting.outcome.looking import look
 from fitting.parameters.free import FreeParameters, free_parameters
 from fitting.parameters.names import STATE
 from fitting.starts.multi_start import Starts
-from jaxsat.integrators import BLOCK
 
 STARTS = 32
 MOST = 3
@@ -62,7 +59,7 @@ def parts_to_free(bench: Bench) -> dict[str, list[int]]:
 def freed_parts(bench: Bench) -> Iterator[Trial]:
     """Each part that is not free, freed; with the best of them others that the fit's programs have room for."""
     parts = parts_to_free(bench)
-    found = {(part,): _freed(bench, numbers) for part, numbers in parts.items()}
+    found = {(part,): _freed(bench, numbers) for part, numbers in parts.items() if _promises(bench, numbers)}
     known: dict[tuple[str, ...], float] = {chosen: chi2 for chosen, chi2 in found.items() if chi2 is not None}
     for _ in range(MOST - 1):
         if not known:
@@ -72,7 +69,7 @@ def freed_parts(bench: Bench) -> Iterator[Trial]:
             break
         for part in parts:
             if part not in best:
-                chi2 = _in_room(bench, [k for each in (*best, part) for k in parts[each]])
+                chi2 = chi2_in_room(bench, [k for each in (*best, part) for k in parts[each]])
                 known |= {} if chi2 is None else {(*best, part): chi2}
     for chosen, chi2 in known.items():
         meanings = [MEANINGS.get(part.split(".")[-1], "a value is not that of the satellite file") for part in chosen]
@@ -86,6 +83,17 @@ def freed_parts(bench: Bench) -> Iterator[Trial]:
         )
 
 
+def _promises(bench: Bench, numbers: list[int]) -> bool:
+    """Whether a look at the minimum says that these numbers buy more than their price; yes where it cannot say."""
+    parameters = bench.parameters
+    if any(parameters.leaves[k].moves for k in numbers) or len(parameters.columns) == parameters.tree.moving:
+        return True
+    sigma = np.array([parameters.leaves[k].loose for k in numbers])
+    start = bench.starts.x[0], bench.starts.reference[0]
+    columns = _jacobian(bench, parameters, *start, numbers, sigma)
+    return bench.score.fall(columns, with_prior=True)[1] > max(WORTH + 2.0 * len(numbers), PROMISE * bench.unexplained)
+
+
 def _asked(bench: Bench) -> list[str]:
     """What was free, by its parts."""
     return list(
@@ -95,7 +103,7 @@ def _asked(bench: Bench) -> list[str]:
 
 def _freed(bench: Bench, numbers: list[int]) -> float | None:
     """Chi2 with these leaves free; None where they move the satellite and there is no room for them."""
-    chi2, old = _in_room(bench, numbers), bench.parameters
+    chi2, old = chi2_in_room(bench, numbers), bench.parameters
     if chi2 is not None:
         return chi2
     if any(old.leaves[k].moves for k in numbers) or len(old.columns) == old.tree.moving:
@@ -103,7 +111,7 @@ def _freed(bench: Bench, numbers: list[int]) -> float | None:
     return min(_beside(bench, numbers, k) for k in range(min(2, len(bench.starts.x))))
 
 
-def _in_room(bench: Bench, numbers: list[int]) -> float | None:
+def chi2_in_room(bench: Bench, numbers: list[int]) -> float | None:
     """The same by the fit's own programs; None where they have not so many unknowns."""
     old = bench.parameters
     names = [old.leaves[k].name for k in [*old.columns, *numbers] if k >= 0]
@@ -119,7 +127,7 @@ def _in_room(bench: Bench, numbers: list[int]) -> float | None:
             x[:, len(STATE) + int(np.flatnonzero(wider.columns == column)[0])] = bench.starts.x[:, len(STATE) + k]
     refined = bench.refitted(bench.problem, Starts(x, bench.starts.reference, np.zeros(len(x))), parameters=wider)
     chi2 = bench.best_of(bench.problem, refined)[0]
-    return chi2 if chi2 < bench.enough else min([chi2, *bench.anew(bench.samples, STARTS, parameters=wider)])
+    return chi2 if chi2 < bench.enough else min([chi2, *anew(bench, bench.samples, STARTS, parameters=wider)])
 
 
 def _beside(bench: Bench, numbers: list[int], start: int) -> float:
@@ -153,7 +161,7 @@ def _settled(bench: Bench, numbers: list[int], start: int) -> tuple[np.ndarray, 
     system = None
     for _ in range(ROUNDS):
         moved = with_nominal(parameters, dict(zip(numbers, values, strict=True)))
-        residual, own = _looked(problem, moved, x, reference)
+        residual, own = bench.look(problem, moved, x, reference)
         prior = np.concatenate([np.where(np.arange(len(x)) < len(STATE), 0.0, x)[base], (values - nominal) / sigma])
         square, slope, curvature = (
             np.asarray(each) for each in at_floor(jnp.asarray(residual), jnp.asarray(problem.floor))
@@ -162,7 +170,7 @@ def _settled(bench: Bench, numbers: list[int], start: int) -> tuple[np.ndarray, 
         saved = cost - trial
         if saved > 0.0:
             cost, best, damping = trial, (values, x, reference), damping * 0.2
-            J = np.concatenate([own[..., base], _jacobian(problem, moved, x, reference, numbers, sigma)], axis=-1)
+            J = np.concatenate([own[..., base], _jacobian(bench, moved, x, reference, numbers, sigma)], axis=-1)
             w = weight / np.sqrt(1.0 + square / SCALE**2)
             flat = J.reshape(-1, J.shape[-1])
             gradient = flat.T @ (w * slope).reshape(-1) + prior
@@ -186,14 +194,7 @@ def _settled(bench: Bench, numbers: list[int], start: int) -> tuple[np.ndarray, 
     return best
 
 
-def _looked(problem: Problem, parameters: FreeParameters, x, reference) -> tuple[np.ndarray, np.ndarray]:
-    last = int(np.flatnonzero(problem.valid)[-1])
-    blocks = np.asarray(-(-int(np.asarray(problem.grid.sample_index)[last]) // BLOCK))
-    residual, jacobian, *_ = look(problem, parameters.tree, x, reference, blocks)
-    return jax.device_get((residual, jacobian))
-
-
-def _jacobian(problem, parameters: FreeParameters, x, reference, numbers: list[int], sigma) -> np.ndarray:
+def _jacobian(bench: Bench, parameters: FreeParameters, x, reference, numbers: list[int], sigma) -> np.ndarray:
     """[samples channels numbers] for a prior sigma of each, as many at a time as the program has sensors' unknowns."""
     moving, count = parameters.tree.moving, len(parameters.columns)
     tree, room = parameters.tree, count - moving
@@ -210,6 +211,6 @@ def _jacobian(problem, parameters: FreeParameters, x, reference, numbers: list[i
         tangent[:, moving:] = 0.0
         tangent[part, moving + np.arange(len(part))] = sigma[begin : begin + len(part)]
         other = eqx.tree_at(lambda t: (t.nominal, t.tangent), tree, (nominal, tangent))
-        _, jacobian = _looked(problem, replace(parameters, tree=other), still, reference)
+        _, jacobian = bench.look(bench.problem, replace(parameters, tree=other), still, reference)
         found.append(jacobian[..., len(STATE) + moving :][..., : len(part)])
     return np.concatenate(found, axis=-1)

@@ -9,7 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.special import chdtrc
 
-from fitting.doctor.bench import Bench, first
+from fitting.doctor.bench import Bench
+from fitting.doctor.searches import first, searched
 from fitting.doctor.trial import Trial
 from fitting.measurements.assembly import Samples
 from fitting.outcome.uncertainty import covariance
@@ -113,7 +114,7 @@ def _search(bench: Bench, seen: np.ndarray, place: int, later: bool):
     problem = bench.rebuilt(samples, coarse=True)
     weight = bench.weight(problem, samples)
     weight[last + 1 :] = 0.0
-    return bench.searched([(problem, samples)], STARTS, weight=weight, last=last)
+    return searched(bench, [(problem, samples)], STARTS, weight=weight, last=last)
 
 
 def _cost(bench: Bench, seen: np.ndarray, place: int) -> float:

@@ -5,7 +5,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fitting.doctor.bench import Bench, first
+from fitting.doctor.bench import Bench
+from fitting.doctor.searches import first, searched
 from fitting.doctor.sensors import sunlit
 from fitting.doctor.trial import Trial
 from fitting.measurements.groups import columns_of
@@ -15,6 +16,7 @@ from fitting.starts.conventions import signed_permutations
 from fitting.starts.multi_start import Starts
 from jaxsat.satellites.model import INERTIA_PLACE, MAGNET_PLACE
 from jaxsat.sensors import Magnetometer, Panels, Photodiodes
+from jaxsat.telemetry.table.as_if import swaps_text
 
 STARTS = 16
 KEPT = 2
@@ -57,7 +59,7 @@ def _searched(bench: Bench, name: str, orders: Sequence[tuple[int, ...]]) -> lis
         samples = bench.with_values(name, rows[:, list(order)])
         problems.append((bench.rebuilt(samples, same_sky=True, coarse=True), samples))
     found = []
-    for run in bench.searched(problems, STARTS):
+    for run in searched(bench, problems, STARTS):
         order = orders[int(run.convention.mismatch)]
         fine = bench.rebuilt(bench.with_values(name, rows[:, list(order)]), same_sky=True)
         refined = bench.refitted(fine, first(run.starts))
@@ -111,7 +113,6 @@ def _trial(bench, name, order, perm, orders, refined, number) -> Trial:
     starts = Starts(x, reference.as_quat(scalar_first=True)[None], np.zeros(1))
     fine = bench.rebuilt(bench.with_values(name, rows[:, list(order)]), same_sky=True)
     chi2, _ = bench.best_of(fine, bench.refitted(fine, starts))
-    told = [labels[k] for k in order]
     return Trial(
         "axes",
         f"columns of {name} in another order: {exchanged(labels, order)}",
@@ -119,7 +120,7 @@ def _trial(bench, name, order, perm, orders, refined, number) -> Trial:
         "telemetry",
         chi2,
         1,
-        f"channels.{name}.columns = [{', '.join(told)}]",
+        " ".join(f"--as {text}" for text in swaps_text(labels, order)),
     )
 
 

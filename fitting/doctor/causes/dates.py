@@ -1,0 +1,103 @@
+"""A date of another year, or a clock of another zone: field, Sun and Greenwich are those of another instant."""
+
+import math
+from collections.abc import Iterator
+
+from fitting.doctor.bench import Bench
+from fitting.doctor.retold import Retold, retold
+from fitting.doctor.searches import changed_residual, first, searched
+from fitting.doctor.trial import Trial
+from jaxsat.errors import InputError
+from jaxsat.time import SECONDS_PER_DAY, Epoch
+
+YEAR_DAYS = 365.25
+OLD_DAYS = 200.0
+"""Age of the table's own element set from which another year is tried."""
+HOURS = tuple(hours for hours in range(-12, 15) if hours)
+"""By which a clock is tried to be ahead of UTC."""
+STARTS = 16
+TRIED = 3
+"""Of them that are fitted, those that promise most."""
+
+
+def other_year(bench: Bench) -> Iterator[Trial]:
+    """The year that brings the first row nearest to the table's own element set."""
+    elements_epoch = bench.session.elements_epoch
+    if elements_epoch is None:
+        return
+    epoch = bench.samples.epoch
+    age = epoch.seconds_since(elements_epoch) / SECONDS_PER_DAY
+    years = round(age / YEAR_DAYS)
+    if abs(age) < OLD_DAYS or years == 0:
+        return
+    text = epoch.iso(6)
+    try:
+        meant = Epoch.from_iso(f"{int(text[:4]) - years:04d}{text[4:]}")
+    except ValueError:
+        return
+    off = f"{abs(years)} year{'s' * (abs(years) > 1)} {'late' if years > 0 else 'early'}"
+    yield Trial(
+        "date",
+        f"the date is {off}: {meant.iso(0)} is {_near(meant, elements_epoch)}",
+        "field, Sun and Greenwich are those of another date: correct it",
+        _chi2(bench, meant),
+        1,
+        f"--as dated:{meant.iso(3)}",
+    )
+
+
+def other_zone(bench: Bench) -> Iterator[Trial]:
+    """Hours by which the clock is ahead of UTC, where positions stand in the table: the field turns with the Earth."""
+    if bench.session.positions is None:
+        return
+    told = {hours: retold(bench, f"dated:{_behind(bench, hours).iso(6)}") for hours in HOURS}
+    if bench.hopeless:
+        known = _raced(bench, told)
+    else:
+        hunches = {
+            hours: bench.score.moved_to(changed_residual(bench, bench.rebuilt(each.samples, each.around)))
+            for hours, each in told.items()
+        }
+        ranked = sorted(hunches, key=lambda hours: hunches[hours])
+        known = {hours: _chi2(bench, _behind(bench, hours)) for hours in ranked[:TRIED]}
+    if not known:
+        return
+    best = min(known, key=lambda hours: known[hours])
+    meant = _behind(bench, best)
+    yield Trial(
+        "date",
+        f"the clock is {abs(best)} h {'ahead of' if best > 0 else 'behind'} UTC",
+        "stamps of another zone: field and Greenwich are those of another hour",
+        known[best],
+        1,
+        f"--as dated:{meant.iso(3)}",
+    )
+
+
+def _behind(bench: Bench, hours: int) -> Epoch:
+    return bench.samples.epoch.shifted(-3600.0 * hours)
+
+
+def _raced(bench: Bench, told: dict[int, Retold]) -> dict[int, float]:
+    """Chi2 of the hours that a search under all of them leaves."""
+    problems = [(bench.rebuilt(each.samples, each.around, coarse=True), each.samples) for each in told.values()]
+    found = {}
+    for run in searched(bench, problems, STARTS)[:TRIED]:
+        hours = list(told)[int(run.convention.mismatch)]
+        fine = bench.rebuilt(told[hours].samples, told[hours].around)
+        found[hours] = bench.best_of(fine, bench.refitted(fine, first(run.starts)))[0]
+    return found
+
+
+def _chi2(bench: Bench, meant: Epoch) -> float:
+    try:
+        told = retold(bench, f"dated:{meant.iso(6)}")
+    except InputError:
+        return math.inf
+    problem = bench.rebuilt(told.samples, told.around)
+    return bench.best_of(problem, bench.refitted(problem))[0]
+
+
+def _near(meant: Epoch, elements_epoch: Epoch) -> str:
+    days = abs(meant.seconds_since(elements_epoch)) / SECONDS_PER_DAY
+    return f"{math.ceil(days)} days from the element set in the table"

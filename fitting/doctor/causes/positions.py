@@ -1,0 +1,67 @@
+"""Positions that belong to other instants, or that stand in other axes."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import equinox as eqx
+import numpy as np
+
+from fitting.doctor.bench import Bench
+from fitting.doctor.retold import retold
+from fitting.doctor.searches import along, anew
+from fitting.doctor.trial import Trial
+from fitting.measurements.problem import Problem
+from fitting.outcome.verdict import ORBIT_ODD_KM
+from jaxsat.environment import KeplerOrbit
+
+MOST_LATE_S = 300.0
+"""By which positions are tried to belong to other instants."""
+STARTS = 32
+
+
+def late_positions(bench: Bench) -> Iterator[Trial]:
+    """Positions that belong to instants before or after their stamps: the whole orbit is shifted."""
+    orbit = bench.around.orbit
+    if not isinstance(orbit, KeplerOrbit):
+        return
+
+    def changed(late_s: float) -> Problem:
+        # At the stamp the satellite was not there yet.
+        moved = eqx.tree_at(lambda o: o.mean_anomaly, orbit, orbit.mean_anomaly - orbit.mean_motion * late_s)
+        return bench.rebuilt(bench.samples, replace(bench.around, orbit=moved))
+
+    found = along(bench, changed, 2.0, (-MOST_LATE_S, MOST_LATE_S))
+    if found is None:
+        return
+    late_s, least = found
+    yield Trial(
+        "positions",
+        f"positions are those of {abs(late_s):.1f} s {'after' if late_s > 0 else 'before'} their stamps",
+        "the orbit was computed for other instants, or from an old element set: compare their clocks",
+        least,
+        1,
+        f"--as late:positions:{-late_s:.1f}" if bench.session.positions is not None else "",
+    )
+
+
+def earth_fixed(bench: Bench) -> Iterator[Trial]:
+    """Positions that are no orbit as they stand, and one if their axes turn with the Earth."""
+    if bench.session.positions is None or not _missed(bench.missed_m):
+        return
+    told = retold(bench, "frame:ecef")
+    if _missed(told.missed_m):
+        return
+    for chi2 in anew(bench, told.samples, STARTS, around=told.around):
+        yield Trial(
+            "frame",
+            "positions are in axes that turn with the Earth",
+            'what the table or the satellite file takes for inertial axes is not: frame = "ecef"',
+            chi2,
+            # An orbit that is missed by so much is wrong whatever the readings say.
+            0,
+            "--as frame:ecef",
+        )
+
+
+def _missed(missed_m: float | None) -> bool:
+    return missed_m is not None and bool(missed_m > 1e3 * ORBIT_ODD_KM or np.isnan(missed_m))

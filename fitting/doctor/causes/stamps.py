@@ -1,0 +1,105 @@
+"""Stamps that are wrong: they jump, run fast or slow, or those of one channel are late."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from fitting.doctor.bench import Bench
+from fitting.doctor.searches import along, anew
+from fitting.doctor.trial import Trial
+from fitting.measurements.problem import Problem
+
+ODD, ODD_S = 0.02, 1.5
+"""Of the usual interval, and seconds, by which an interval must be off a multiple of it to be odd."""
+MOST_JUMPS = 3
+"""Odd intervals beyond which the stamps are not regular."""
+STARTS = 32
+MOST_FAST = 0.05
+"""Largest share by which a clock is tried to run fast."""
+MOST_LATE_S = 30.0
+"""By which the stamps of one channel are tried to be late."""
+
+
+def jumping_stamps(bench: Bench) -> Iterator[Trial]:
+    """Stamps that are regular but for an interval: from there on they are moved back to the usual pace."""
+    t = bench.samples.t
+    intervals = np.diff(t)
+    usual = float(np.median(intervals))
+    odd = (intervals + 0.5 * usual) % usual - 0.5 * usual
+    places = np.flatnonzero(np.abs(odd) > max(ODD * usual, ODD_S))
+    if len(places) > MOST_JUMPS:
+        return
+    for place in places:
+        for late_s in (odd[place], odd[place] - np.sign(odd[place]) * usual):
+            moved = t.copy()
+            moved[place + 1 :] -= late_s
+            if moved[place + 1] - moved[place] < 1.0:
+                continue
+            for chi2 in anew(bench, replace(bench.samples, t=moved), STARTS, same_sky=False):
+                yield Trial(
+                    "clock",
+                    f"stamps jump by {late_s:+.1f} s between {t[place]:.0f} and {t[place + 1]:.0f} s",
+                    "the clock was set, or frames were lost: correct the stamps from there on, or fit the parts by "
+                    "themselves",
+                    chi2,
+                    2,
+                    f"--as jump:{t[place]:.1f}:{late_s:.1f}",
+                )
+
+
+def running_clock(bench: Bench) -> Iterator[Trial]:
+    """Stamps that run away from the clock of the orbit by a constant share."""
+    t = bench.samples.t
+
+    def changed(share: float) -> Problem:
+        return bench.rebuilt(replace(bench.samples, t=t / (1.0 + share)))
+
+    found = along(bench, changed, 5e-4, (-MOST_FAST, MOST_FAST))
+    if found is None:
+        return
+    share, least = found
+    yield Trial(
+        "pace",
+        f"stamps run {'fast' if share > 0 else 'slow'} by {abs(share) * 100:.2f} %",
+        "the clock on board is not the one of the orbit: scale the stamps",
+        least,
+        1,
+        f"--as pace:{share:.5f}",
+    )
+
+
+def late_channels(bench: Bench) -> Iterator[Trial]:
+    """Stamps of one of several channels that are late: its readings are carried to the instants that they say."""
+    samples = bench.samples
+    fitted = [name for name, channel in samples.channels.items() if not channel.witness]
+    if len(fitted) < 2:
+        return
+    for name in fitted:
+
+        def changed(late_s: float, name=name) -> Problem:
+            rows = _carried(samples.t, samples.values[name], late_s)
+            return bench.rebuilt(bench.with_values(name, rows), same_sky=True)
+
+        found = along(bench, changed, 0.2, (-MOST_LATE_S, MOST_LATE_S))
+        if found is None:
+            continue
+        late_s, least = found
+        yield Trial(
+            "late",
+            f"stamps of {name} are {abs(late_s):.1f} s {'late' if late_s > 0 else 'early'}",
+            f"two sensors of one board are often seconds apart: channels.{name}.delay_s = {{value = {late_s:.1f}, "
+            "sigma = 1.0}",
+            least,
+            1,
+            f"--as late:{name}:{late_s:.2f}",
+        )
+
+
+def _carried(t: np.ndarray, rows: np.ndarray, late_s: float) -> np.ndarray:
+    """Readings that were taken `late_s` before their stamps, at the stamps; a spline through whole rows."""
+    whole = np.isfinite(rows).all(axis=1)
+    found = CubicSpline(t[whole], rows[whole], extrapolate=False)(t + late_s)
+    near = np.interp(t + late_s, t, whole.astype(float)) == 1.0
+    return np.where((whole & near)[:, None], found, np.nan)

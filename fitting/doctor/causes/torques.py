@@ -1,0 +1,161 @@
+"""Torques that the satellite file leaves out: one part with all the usual ones at zero, freed a kind at a time.
+
+A model with that part is another program, which compiles once for a size of session; its kinds share it.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from fitting.doctor.bench import Bench
+from fitting.doctor.causes.freeing import chi2_in_room
+from fitting.doctor.trial import Trial
+from fitting.identify import Minimum
+from fitting.parameters.free import free_parameters
+from fitting.parameters.names import STATE
+from fitting.starts.multi_start import Starts
+from jaxsat.math import cross
+from jaxsat.satellites.model import Leaf
+from jaxsat.spacecraft import HysteresisRods, Spacecraft
+from jaxsat.torques.abstract import AbstractTorque, BodyEnvironment, required
+from jaxsat.torques.eddy_damping import eddy_damping_torque
+
+COERCIVE_FIELD, REMANENCE, SATURATION = 8.0, 0.02, 0.04
+"""Of the soft magnetic rods that are tried along each body axis [A/m, T, T]; their volumes are free."""
+MU_0 = 4e-7 * np.pi
+WIDE = 5.0
+"""Prior sigma over what would stop the satellite's spin within the session."""
+KINDS = {
+    "constant": ("a constant torque", "a leak, or a coil that is driven in step: [residual] in the satellite file"),
+    "eddy": ("eddy currents", "currents in the shell damp the motion: [eddy] in the satellite file"),
+    "lag": ("hysteresis", "soft magnetic rods or steel on board: [[rods]] with Hc, Br, Bs and volume"),
+    "air": ("air drag", "the centre of pressure is not that of mass: [surface] in the satellite file"),
+}
+"""Fields of `MissingTorque` in words, and what to do."""
+
+
+class MissingTorque(AbstractTorque):
+    """What a satellite file may have forgotten, each zero where it is not there."""
+
+    smooth: ClassVar[bool] = True
+
+    constant: Float[Array, "3"]
+    """Body axes [N m]."""
+    eddy: Float[Array, ""]
+    """Coefficient of `EddyDamping` [A m^2 s / T]."""
+    air: Float[Array, "3"]
+    """Half of drag coefficient and area, times the centre of pressure, body axes [m^3]."""
+
+    def __call__(self, spacecraft: Spacecraft, around: BodyEnvironment) -> Float[Array, "3"]:
+        field, rate = around.b_field_body, around.angular_velocity
+        wind = required(around.air_velocity_body, "MissingTorque", "air_velocity_body", "the air in the table")
+        density = required(around.air_density, "MissingTorque", "air_density", "the air in the table")
+        speed = jnp.sqrt(jnp.sum(wind**2))
+        return self.constant + eddy_damping_torque(self.eddy, rate, field) - density * speed * cross(self.air, wind)
+
+
+def missing_torques(bench: Bench) -> Iterator[Trial]:
+    """Each kind of torque that no part of the satellite has, the best of them told, and how the others do."""
+    wider = _with_part(bench)
+    names = {key: [leaf.name for leaf in wider.parameters.leaves if leaf.part == _part(key)] for key in KINDS}
+    found: dict[str, float] = {}
+    for key, own in names.items():
+        numbers = [k for k, leaf in enumerate(wider.parameters.leaves) if leaf.name in own]
+        if not numbers:
+            continue
+        chi2 = chi2_in_room(wider, numbers)
+        if chi2 is not None:
+            found[key] = chi2
+    # By the price of their numbers: rods of three axes imitate currents in the shell.
+    price = float(np.log(max(bench.readings, 2)))
+    ranks = sorted(found, key=lambda key: found[key] + price * len(names[key]))
+    for key in ranks[:1]:
+        others = "; ".join(f"{KINDS[other][0]}: chi2 {found[other]:.0f}" for other in ranks[1:])
+        word, meaning = KINDS[key]
+        cause = f"a torque is missing, {word} fits best"
+        yield Trial("torque", cause, f"{meaning} ({others})", found[key], len(names[key]))
+
+
+def _part(key: str) -> str:
+    return f"missing.{key}"
+
+
+def _with_part(bench: Bench) -> Bench:
+    """The bench of a satellite with that part, and nothing of it free."""
+    old, craft = bench.parameters, bench.problem.model.spacecraft
+    part = MissingTorque(jnp.zeros(3), jnp.zeros(()), jnp.zeros(3))
+    around, has_rods = replace(bench.around, pushed=True, field_rate=True), craft.hysteresis_rods is not None
+    three = jnp.ones(3)
+    rods = HysteresisRods(
+        jnp.eye(3), 0.0 * three, COERCIVE_FIELD * three, REMANENCE * three, SATURATION * three, induction=0.0 * three
+    )
+    made = eqx.tree_at(
+        lambda c: (c.parts, c.hysteresis_rods),
+        craft,
+        ((*craft.parts, part), craft.hysteresis_rods if has_rods else rods),
+        is_leaf=lambda each: each is None,
+    )
+
+    def changed(problem):
+        return eqx.tree_at(lambda p: p.model.spacecraft, problem, made)
+
+    problem = changed(replace(bench, around=around).rebuilt(bench.samples))
+    place = f"spacecraft.parts.{len(craft.parts)}"
+    places = {key: f"{place}.{key}" for key in ("constant", "eddy", "air")}
+    places |= {} if has_rods else {"lag": "spacecraft.hysteresis_rods.volumes"}
+    leaves = (*old.leaves, *_leaves(bench, problem, places))
+    names = [old.leaves[k].name for k in old.columns if k >= 0]
+    held = [gauge.name for gauge in old.tree.gauges]
+    parameters = free_parameters(problem.model, leaves, names, free_motion=old.free_motion, held=held)
+    x = np.zeros((len(bench.starts.x), len(parameters.everything)))
+    x[:, : len(STATE)] = bench.starts.x[:, : len(STATE)]
+    for k, column in enumerate(old.columns):
+        if column >= 0:
+            x[:, len(STATE) + int(np.flatnonzero(parameters.columns == column)[0])] = bench.starts.x[:, len(STATE) + k]
+    starts = Starts(x, bench.starts.reference, np.zeros(len(x)))
+    own = replace(bench, around=around)
+    refined = own.refitted(problem, starts, parameters=parameters)
+    minimum = Minimum(bench.found.minima[0].convention, problem, refined)
+    return replace(own, found=replace(bench.found, minima=(minimum,), parameters=parameters))
+
+
+def _leaves(bench: Bench, problem, places: dict[str, str]) -> list[Leaf]:
+    """Its numbers, with priors that stop the spin within the session several times over."""
+    field = float(np.median(np.linalg.norm(np.asarray(problem.orbit.b_field_eci), axis=-1)))
+    prediction = bench.found.minima[0].refined.points.prediction
+    spin = float(np.median(np.linalg.norm(np.asarray(prediction.angular_velocity)[0], axis=-1))) + 1e-3
+    inertia = float(np.trace(np.asarray(problem.model.spacecraft.inertia))) / 3.0
+    torque = WIDE * inertia * spin / max(float(np.ptp(bench.samples.t)), 1.0)
+    density = np.asarray(problem.orbit.air_density)
+    speed = np.linalg.norm(np.asarray(problem.orbit.air_velocity_eci), axis=-1)
+    pressure = float(np.median(density * speed**2)) + 1e-30
+    sizes = {
+        "constant": torque,
+        "eddy": torque / (spin * field**2),
+        "lag": torque / field * MU_0 / REMANENCE,
+        "air": torque / pressure,
+    }
+    units = {"constant": "N m", "eddy": "S m4", "lag": "m3", "air": "m3"}
+    found = []
+    for key, place in places.items():
+        size = sizes[key]
+        for k, letter in enumerate("xyz" if key != "eddy" else "x"):
+            found.append(
+                Leaf(
+                    f"{_part(key)}.{letter}",
+                    place,
+                    (k,),
+                    units[key],
+                    # With a sigma there is room for as many numbers as the largest kind has.
+                    sigma=size if key == "constant" else None,
+                    loose=size,
+                    lower=0.0 if key in ("eddy", "lag") else -np.inf,
+                    part=_part(key),
+                )
+            )
+    return found
