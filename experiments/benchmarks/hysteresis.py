@@ -7,6 +7,7 @@ run is done twice and the second one counts: programs are compiled by then.
 
 import argparse
 import json
+import resource
 import time
 import warnings
 from pathlib import Path
@@ -124,6 +125,7 @@ def main() -> None:
         name = f"{cases} cases, {hours:g} h, {tolerance:g} rad"
         figures[name] = {**seconds, "error_rad": motion.error, "chaotic": len(motion.unresolved)}
         print(name, figures[name], flush=True)
+    figures["peak memory, MB"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1000
     (options.out / "hysteresis.json").write_text(json.dumps(figures, indent=1) + "\n")
 
 

@@ -140,7 +140,8 @@ class Batch:
             error = np.max(angles(fine[..., :4], coarse[..., :4]), axis=1, initial=0.0)
             better = left[error < errors[left]]
             found[better], errors[better] = fine[error < errors[left]], error[error < errors[left]]
-            shrink = np.where(error < UNRESOLVED, (0.5 * tolerance / error) ** (1.0 / DORMAND_PRINCE_8.order), 0.25)
+            wanted = (0.5 * tolerance / np.maximum(error, 1e-300)) ** (1.0 / DORMAND_PRINCE_8.order)
+            shrink = np.where(error < UNRESOLVED, wanted, 0.25)
             before = reach[left]
             reach[left] = np.maximum(np.clip(shrink, 0.25, 0.9) * before, LEAST_REACH)
             left = left[(error > tolerance) & (before > 1.2 * LEAST_REACH)]
