@@ -92,4 +92,5 @@ def other_noise(bench: Bench, result: FitResult) -> Iterator[Trial]:
             bench.readings * (1.0 + float(np.log(ratio))) + bench.of_witnesses,
             1,
             f"--as noise:{name}:{channel.sigma * np.sqrt(ratio):.3g}",
+            settles=True,
         )
