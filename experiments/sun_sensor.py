@@ -19,13 +19,17 @@ import numpy as np
 AZIMUTH_STEP_DEG, ANGLE_STEP_DEG = 0.1, 0.1
 SHOWN = {(9, 10): (61.0, 66.0, 71.0), (11, 12): (71.3, 74.0), (13, 14): (75.0, 78.0), (15, 16): (79.0, 84.0, 89.0)}
 """Figures of angle and azimuth errors, and the angles [deg] of their lines."""
+LARGEST_DEG = 78.147661
+"""Where the plus of eq. (15) ends: the largest errors of all, at azimuths that no even grid hits."""
+EDGE_AZIMUTHS_DEG = np.arange(25.3, 25.5, 1e-4)
+"""Beside which they are, and a quarter turn further."""
 RANGES = {  # Table 1: [deg], faces lit, largest errors of angle and azimuth as the text has them [deg]
     "1": (0.0, 15.0, "4", 0.0, 0.0),
     "2": (15.0, 20.454791, "3, 4", 0.0, 0.0),
     "3": (20.454791, 60.257244, "2, 3", 0.0, 0.0),
     "4": (60.257244, 71.01466, "2, 3", 21.5, 4.2),
     "5": (71.01466, 74.0, "1, 2", None, None),
-    "6, to 78.15": (74.0, 78.147691, "1, 2", None, None),
+    "6, to 78.15": (74.0, LARGEST_DEG, "1, 2", None, None),
     "6, beyond": (78.147691, 90.0, "1, 2", 12.0, 8.0),
 }
 NOTE = "without noise; true less found, with the Sun at a fixed angle from the axis"
@@ -199,6 +203,11 @@ def within(begin: float, end: float, azimuth) -> tuple[str, np.ndarray, np.ndarr
     angle = np.linspace(begin + 1e-6, end - 1e-6, 41)
     lit = np.asarray(published(directions(angle[:, None], azimuth[None]).reshape(-1, 3))[1])
     here, ours = (np.max(np.abs(errors), axis=(1, 2)) for errors in both_errors_deg(angle, azimuth))
+    # At the range's end the errors of one sample are largest beside an azimuth that the even grid leaps over.
+    last = np.array([[end]])
+    found, _ = published(directions(last, EDGE_AZIMUTHS_DEG[None]).reshape(-1, 3))
+    edge = errors_deg(np.asarray(found).reshape(1, -1, 3), last, EDGE_AZIMUTHS_DEG[None])
+    here = np.maximum(here, np.max(np.abs(edge), axis=(1, 2)))
     return ", ".join(str(n) for n in sorted(set(lit.tolist()))), here, ours
 
 

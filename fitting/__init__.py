@@ -13,11 +13,15 @@ if TYPE_CHECKING:
     from fitting.run import fit as fit
     from fitting.session import prepare_session as prepare_session
     from fitting.settings import FitSettings as FitSettings
+    from fitting.starts.guess import Guess as Guess
+    from fitting.starts.guess_files import read_guess as read_guess
 
 _PLACES = {
     "fit": "fitting.run",
     "Fit": "fitting.fitted",
     "FitSettings": "fitting.settings",
+    "Guess": "fitting.starts.guess",
+    "read_guess": "fitting.starts.guess_files",
     "prepare_session": "fitting.session",
     "fit_orbit": "fitting.orbit.orbit_fit",
     "sample_posterior": "fitting.outcome.posterior",

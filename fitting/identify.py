@@ -13,6 +13,7 @@ from fitting.measurements.assembly import Samples, build_problem, usable
 from fitting.measurements.enough import check_sunlit
 from fitting.measurements.problem import Problem
 from fitting.measurements.sky import Around
+from fitting.measurements.units import check_field
 from fitting.outcome.looking import prepare_look
 from fitting.parameters.free import FreeParameters
 from fitting.settings import FitSettings
@@ -21,6 +22,7 @@ from fitting.solvers.refine import Refined, candidates, refine
 from fitting.starts.carry import carried_back
 from fitting.starts.conventions import Convention, conventions, with_axes
 from fitting.starts.growing import FIRST_ARC, Run, grow
+from fitting.starts.guess import Guess, Placed, place
 from fitting.starts.ladder import directed_samples, first_guesses, telling_samples
 from fitting.starts.mounting import with_turns
 from fitting.starts.multi_start import Progress, Starts, compile_solvers
@@ -77,11 +79,14 @@ def identify(
     unknown_axes: dict[str, str],
     fit_until: float,
     delayed: tuple[str, ...],
+    guess: Guess | None = None,
     progress: Progress = lambda *_: None,
 ) -> Identified:
     """Best motion and parameters by the samples up to `fit_until` [s]; the rest is predicted and not looked at.
 
-    Raises `InputError` where there are too few samples, or not one sensor of panels for adaptive weights.
+    From a `guess` arcs grow on from it, and nothing is searched. Raises `InputError` where there are too few samples,
+    not one sensor of panels for adaptive weights, no place for the guess, or a field that is of another size than
+    IGRF's by far.
     """
     began = time.perf_counter()
     progress("preparing", 0, 1)
@@ -95,18 +100,23 @@ def identify(
     build = partial(build_problem, model=model, around=around, whole=samples, delayed=delayed)
     # The sky first, on the coarsest grid: sights need no motion.
     first = build(samples, max_step=settings.step_s, room_for=settings.step_s)
+    check_field(first, samples)
     check_sunlit(first, {name: channel.witness for name, channel in samples.channels.items()}, FIRST_ARC)
     seeing = samples.part(slice(fitted))
     found = conventions(first, seeing, unknown_axes)
     sights = sights_of(with_axes(first, found[0]), seeing)
-    fastest = max(_seen_rate(sights), float(np.radians(settings.max_rate_deg_s)))
-    step = min(settings.step_s, step_for(RK4, fastest, span, COARSE_TOLERANCE))
-    finest = min(step, step_for(RK4, 1.3 * fastest + 1e-3, whole_span, FINE_TOLERANCE))
     telling = telling_samples(sights)
     if len(telling) < FIRST_ARC:
         raise InputError(f"only {len(telling)} samples tell a direction; a fit needs at least {FIRST_ARC}")
     mask = np.isin(np.arange(len(samples.t)), telling)
     begin = longest_stretch(samples.t, mask) if samples.given is None else 0
+    placed = None if guess is None else place(guess, samples, begin, fitted, telling)
+    begin = begin if placed is None else placed.sample
+    fastest = max(_seen_rate(sights), float(np.radians(settings.max_rate_deg_s)))
+    if placed is not None:
+        fastest = max(fastest, 1.3 * float(np.linalg.norm(placed.rate)))
+    step = min(settings.step_s, step_for(RK4, fastest, span, COARSE_TOLERANCE))
+    finest = min(step, step_for(RK4, 1.3 * fastest + 1e-3, whole_span, FINE_TOLERANCE))
     part, seeing = samples.part(slice(begin, None)), seeing.part(slice(begin, None))
     build = partial(build, room_for=finest, sky=first.sky)
     coarse = build(part, max_step=step)
@@ -160,7 +170,10 @@ def identify(
             found = minima(again, max(needed, LEAST * longest))
         return found
 
-    runs, begun = search.along_given(found) if samples.given is not None else search.blind(found)
+    if placed is not None:
+        runs, begun = search.from_guess(found, placed), False
+    else:
+        runs, begun = search.along_given(found) if samples.given is not None else search.blind(found)
     best = best_of(runs)
     if begun and all(minimum.refined.hopeless[0] for minimum in best):
         # The model may be wrong; or the way from the first arc to the last is narrow, and too few starts were on it.
@@ -193,9 +206,15 @@ class _Search:
     def blind(self, found: list[Convention], effort: int = 1) -> tuple[list[Run], bool]:
         """Motions under each convention of axes, and whether one of them explained the first arc."""
         runs = [self._started(each, self.settings.starts * effort, effort - 1) for each in found]
-        last = len(self.seeing.t) - 1
-        begun = grow(runs, self.seen, last, self.parameters, self.use, self.progress, effort=effort)
-        return runs, begun
+        return runs, self._grown(runs, effort)
+
+    def from_guess(self, found: list[Convention], placed: Placed) -> list[Run]:
+        """Motions near a guess at the first sample, under each convention of axes."""
+        rng = np.random.default_rng(self.settings.seed)
+        starts = placed.starts(self.parameters, rng)
+        runs = [Run(each, with_axes(self.problem, each), starts) for each in found]
+        self._grown(runs)
+        return runs
 
     def along_given(self, found: list[Convention]) -> tuple[list[Run], bool]:
         """The likeliest conventions along the motion that is given, sensors mounted as they see it."""
@@ -203,6 +222,10 @@ class _Search:
         for run in runs:
             run.starts = with_turns(run.starts, run.problem, self.seeing, self.parameters)
         return runs, False
+
+    def _grown(self, runs: list[Run], effort: int = 1) -> bool:
+        last = len(self.seeing.t) - 1
+        return grow(runs, self.seen, last, self.parameters, self.use, self.progress, effort=effort)
 
     def _started(self, convention: Convention, count: int, seed: int) -> Run:
         problem = with_axes(self.problem, convention)

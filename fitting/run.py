@@ -11,19 +11,23 @@ import numpy as np
 from fitting.doctor.bench import Bench
 from fitting.doctor.examine import DENIED, doubtful, examine, reconsidered
 from fitting.fitted import Fit
-from fitting.identify import identify
+from fitting.identify import Identified, identify
 from fitting.measurements.assembly import Samples, channels_within
 from fitting.measurements.enough import check_light
 from fitting.measurements.given import is_told
 from fitting.measurements.sky import Around
+from fitting.measurements.units import turns_between
 from fitting.orbit.orbit_fit import OrbitFit
 from fitting.outcome.summary import summarize
 from fitting.outcome.verdict import Background
 from fitting.parameters.chosen import chosen_leaves, spelt_out
 from fitting.parameters.free import FreeParameters, free_parameters
+from fitting.parameters.names import STATE
+from fitting.parameters.opposed import OPPOSED, is_opposed, turned_round
 from fitting.profile.profiler import Profiler
 from fitting.report.fit.surroundings import Surroundings, look_around
 from fitting.settings import FitSettings
+from fitting.starts.guess import Guess, check_names
 from fitting.starts.multi_start import Progress
 from fitting.surroundings import surroundings
 from jaxsat.errors import InputError
@@ -45,6 +49,7 @@ def fit(
     settings: FitSettings | None = None,
     given: Given | None = None,
     profiles: Sequence[str] = (),
+    guess: Guess | None = None,
     progress: Progress = lambda *_: None,
     sky_ahead: bool = False,
     causes: bool = True,
@@ -55,7 +60,8 @@ def fit(
     `satellite` (`jaxsat.read_satellite`) holds the nominal values and the sensors, `session` (`jaxsat.read_telemetry`)
     the telemetry. `free` names what is fitted and `holdout` the share of the time that is only predicted, in place of
     those of `settings`; `given` is what of orbit, Earth and Sun shall not be found from session and satellite;
-    `profiles` names free parameters whose cost is walked along; with `sky_ahead` what a report shows of the
+    `profiles` names free parameters whose cost is walked along; from a `guess` (`fitting.read_guess`, or one's own) the
+    fit goes on without a search, and says so; with `sky_ahead` what a report shows of the
     surroundings is computed beside the fit; with `causes` the usual ones are tried where the data deny
     it or chi2 is doubtful (half a minute), and what explains a doubt denies it too; `as_if` are changes of the data as
     a cause offers them, such as `swapped:+X,-X` (see `jaxsat.telemetry.table.as_if`). A fit that does not converge is a
@@ -66,29 +72,27 @@ def fit(
         raise ValueError("a fit works in 64-bit numbers and JAX in 32-bit ones: call jaxsat.set_up_jax() first")
     settings = settings or FitSettings()
     if free is not None:
-        settings = settings.changed(free=tuple(free.split(",") if isinstance(free, str) else free))
+        settings = settings.changed(free=free)
     if holdout is not None:
         settings = settings.changed(holdout=holdout)
+    if guess is not None:
+        if satellite.motion.kind != "free":
+            reason = "a motion that is given is not guessed: leave the guess, or set motion.kind = 'free'"
+            raise InputError(reason, file=satellite.path, field="motion.kind")
+        check_names(guess, satellite.leaves)
     began = time.perf_counter()
     if given is not None and given.time.zero_s:
         session = session.with_time_zero(given.time.zero_s)
     satellite, session = taken_as(as_if, satellite, session)
     task = _prepare(satellite, session, settings, given, sky_ahead)
+    for remark in task.remarks:
+        # Before the search, which may be long by what it tells.
+        progress(remark, 0, 1)
     asked = [each for name in profiles for each in spelt_out(name, satellite.aliases)]
     profiler = Profiler(asked, task.parameters, settings.likelihood, progress)
     prepared = time.perf_counter() - began
     try:
-        found = identify(
-            task.samples,
-            satellite.model,
-            task.around,
-            task.parameters,
-            settings,
-            unknown_axes=task.unknown_axes,
-            fit_until=task.fit_until,
-            delayed=task.delayed,
-            progress=progress,
-        )
+        found, told = _identified(task, satellite, settings, guess, progress)
     except InputError as error:
         raise InputError(error.reason, file=error.file or session.paths[0], field=error.field) from None
     result = summarize(found, _background(session, task.orbit_fit))
@@ -102,10 +106,38 @@ def fit(
             result = reconsidered(bench, result, progress)
     timing = {**result.timing_s, "prepare": result.timing_s["prepare"] + prepared}
     timing["total"] = time.perf_counter() - began
-    changed = (f"the data are fitted as {', '.join(as_if)}",) if as_if else ()
-    result = dataclasses.replace(result, timing_s=timing, remarks=(*changed, *task.remarks, *result.remarks))
+    begin = () if guess is None else (guess.remark,)
+    begin += (f"the data are fitted as {', '.join(as_if)}",) if as_if else ()
+    result = dataclasses.replace(result, timing_s=timing, remarks=(*begin, *task.remarks, *told, *result.remarks))
     about = session, satellite, settings, task.around, task.orbit_fit, task.sky
     return Fit(result, found, *about, profiler.profiles, profiler.reasons)
+
+
+def _identified(
+    task: "_Task", satellite: Satellite, settings: FitSettings, guess: Guess | None, progress: Progress
+) -> tuple[Identified, tuple[str, ...]]:
+    """The minima, and what is to be told of the way to them."""
+
+    def about(parameters: FreeParameters) -> Identified:
+        return identify(
+            task.samples,
+            satellite.model,
+            task.around,
+            parameters,
+            settings,
+            unknown_axes=task.unknown_axes,
+            fit_until=task.fit_until,
+            delayed=task.delayed,
+            guess=guess,
+            progress=progress,
+        )
+
+    found = about(task.parameters)
+    if not any(is_opposed(found.parameters, np.asarray(m.refined.points.x)[0, len(STATE) :]) for m in found.minima[:1]):
+        return found, ()
+    other = about(turned_round(task.parameters))
+    better = other.minima[0].refined.score[0] < found.minima[0].refined.score[0]
+    return other if better else found, (OPPOSED,)
 
 
 def _background(session: TableSession, orbit_fit: OrbitFit | None) -> Background:
@@ -149,6 +181,7 @@ def _prepare(
     if told is not None:
         channels, remarks = _where_told(channels, told, session)
     samples = Samples.of(channels, session.epoch, dict(session.columns), told)
+    remarks += tuple(turns_between(samples, model))
     sky = look_around(samples.t, around, session.epoch, at_once=sky_ahead)
     late = {leaf.place for leaf in leaves if leaf.name in free or leaf.sigma is not None}
     delayed = tuple(

@@ -2,16 +2,20 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from fitting.solvers.rules import AdaptiveRules
 from jaxsat.setting_types import Interval, Positive, Section
 
 
+def _names(value: object) -> object:
+    return [name.strip() for name in value.split(",")] if isinstance(value, str) else value
+
+
 class FitSettings(Section):
     """What is fitted, to which part of the table, and how hard it is tried."""
 
-    free: Annotated[tuple[str, ...], Field(strict=False)] | None = Field(
+    free: Annotated[Annotated[tuple[str, ...], Field(strict=False)] | None, BeforeValidator(_names)] = Field(
         default=None,
         description="names of leaves, or prefixes of them as magnet or mag.bias; by default everything with a sigma",
     )

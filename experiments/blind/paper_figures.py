@@ -5,6 +5,8 @@ the model and adaptive weights (`fitting.solvers.adaptive`); ours frees the albe
 limited.
 
     .venv/bin/python experiments/blind/paper_figures.py --out munin-paper
+
+Writes table.json, figures.png (angle of body x to the field) and residuals.png (figures 14, 16, 18).
 """
 
 import argparse
@@ -34,6 +36,10 @@ from jaxsat.time import Epoch
 jax.config.update("jax_enable_x64", True)
 
 SHOWN = ("rods", "imax", "magnet")
+RESIDUALS = {"13, 14": ("14", "+x", "-x"), "15, 16": ("16", "+x", "-x"), "17, 18": ("18", "+z", "-z")}
+"""Figures of residual currents by the figures of their settings, and the two panels that they show."""
+PANELS = ("+x", "-x", "+y", "-y", "+z", "-z")
+COLOURS = {"paper": "#c0392b", "ours": "#2340a8"}
 BODY = ("xx", "yy", "zz", "xy", "xz", "yz")
 WAYS = {
     "paper": (AdaptiveRules(on=True), {}),
@@ -125,8 +131,11 @@ def judged(truth: dict[str, Any], result: FitResult) -> dict[str, Any]:
 
 
 def picture(cases: list[dict[str, Any]], path: Path) -> None:
-    """Angle of body x to the field in every setting: true, the paper's way, ours."""
-    columns, rows = 4, -(-len(cases) // 4)
+    """Angle of body x to the field in every figure: true, the paper's way, ours; settings of one figure together."""
+    figures: dict[str, list[dict[str, Any]]] = {}
+    for case in cases:
+        figures.setdefault(case["setting"].figures, []).append(case)
+    columns, rows = 4, -(-len(figures) // 4)
     figure = new_figure(
         14.0,
         2.2 * rows + 0.6,
@@ -137,18 +146,42 @@ def picture(cases: list[dict[str, Any]], path: Path) -> None:
     grid = figure.add_gridspec(
         rows, columns, left=0.04, right=0.99, top=top - 0.02, bottom=0.035, hspace=0.45, wspace=0.16
     )
-    for number, case in enumerate(cases):
+    for number, (name, own) in enumerate(figures.items()):
         axes = figure.add_subplot(grid[number // columns, number % columns])
         dress(axes)
-        axes.plot(case["truth"]["t"], case["truth"]["theta"], color=INK, linewidth=2.4, alpha=0.35, label="true")
-        for way, colour, style in (("paper", "#c0392b", "--"), ("ours", "#2340a8", "-")):
-            result = case[way]
-            axes.plot(result.t_s, result.field_angle_deg, style, color=colour, linewidth=1.1, label=way)
-        axes.set_title(
-            f"fig. {case['setting'].figures}: {case['setting'].free}, {case['setting'].until_s:g} s", fontsize=9
-        )
-        if number == 0:
-            axes.legend(fontsize=7, frameon=False)
+        truth, setting = own[0]["truth"], own[0]["setting"]
+        axes.plot(truth["t"], truth["theta"], color=INK, linewidth=2.4, alpha=0.35, label="true")
+        for case in own:
+            imax = case["setting"].nominal.get("spacecraft.imax_mA")
+            which = f", {imax:g} mA" if len(own) > 1 else ""
+            for way, style in (("paper", "--"), ("ours", "-")):
+                width = 1.1 if case is own[0] else 0.6
+                how = {"color": COLOURS[way], "linewidth": width, "label": f"{way}{which}"}
+                axes.plot(case[way].t_s, case[way].field_angle_deg, style, **how)
+        axes.set_title(f"fig. {name}: {setting.free}, {setting.until_s:g} s", fontsize=9)
+        if number == 0 or len(own) > 1:
+            axes.legend(fontsize=6, frameon=len(own) > 1, framealpha=0.8, loc="upper right")
+    figure.savefig(path)
+
+
+def residual_picture(cases: list[dict[str, Any]], path: Path) -> None:
+    """Measured less modelled currents of a pair of panels, by the paper's way and by ours."""
+    shown = [case for case in cases if case["setting"].figures in RESIDUALS]
+    subtitle = "synthetic currents with 50 % mirrored light; panels with plus drawn through, with minus dashed"
+    figure = new_figure(14.0, 4.2, "Residual currents, mA: figures 14, 16 and 18", subtitle)
+    grid = figure.add_gridspec(1, len(shown), left=0.04, right=0.99, top=0.8, bottom=0.12, wspace=0.14)
+    for number, case in enumerate(shown):
+        name, *pair = RESIDUALS[case["setting"].figures]
+        axes = figure.add_subplot(grid[0, number])
+        for way, colour in COLOURS.items():
+            cells = case[way].channels["cells"]
+            for panel, style in zip(pair, ("-", "--"), strict=True):
+                k = PANELS.index(panel)
+                residual = cells.measured[:, k] - cells.modelled[:, k]
+                axes.plot(cells.t_s, residual, style, color=colour, linewidth=1.1, label=f"{way}, {panel}")
+        axes.set_title(f"fig. {name}: {case['setting'].free}, {case['setting'].until_s:g} s", fontsize=9)
+        axes.legend(fontsize=7, frameon=False)
+        dress(axes, x_label="time since epoch, s")
     figure.savefig(path)
 
 
@@ -191,6 +224,7 @@ def main() -> None:
         cases.append(case)
     (arguments.out / "table.json").write_text(json.dumps(rows, indent=1))
     picture(cases, arguments.out / "figures.png")
+    residual_picture(cases, arguments.out / "residuals.png")
     print(f"{'figure':7s}{'free':8s}{'s':>6s} {'way':6s}{'status':14s}{'att.':>7s}{'angle':>7s} deg, largest errors")
     for row in rows:
         print(line(row))

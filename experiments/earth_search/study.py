@@ -7,7 +7,6 @@ and pictures of the cases.
 """
 
 import argparse
-import json
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -19,6 +18,9 @@ CONDITIONS: dict[str, dict[str, str]] = {
     "800 km, large": {},
     "0.01 deg/s and nothing else": {"tracking": "published"},
     "even Earth, no Moon, no Sun": {"brightness": "even", "moon": "no", "sun": "none"},
+    "still Earth": {"earth": "still"},
+    "still Earth, 0.01 deg/s and nothing else": {"earth": "still", "tracking": "published"},
+    "still and even Earth, no Moon, no Sun": {"earth": "still", "brightness": "even", "moon": "no", "sun": "none"},
     "no Moon": {"moon": "no"},
     "no Sun": {"sun": "none"},
     "Sun not blocked": {"sun": "unblocked"},
@@ -41,7 +43,8 @@ CONDITIONS: dict[str, dict[str, str]] = {
 
 
 def study(options: dict[str, str], cases: int, seed: int) -> tuple[dict, np.ndarray]:
-    """Counts and percentiles of one condition, and its search times [s], inf where the Earth was not found."""
+    """Counts and percentiles of one condition over all of its cases, and its search times [s], inf where the Earth was
+    not found (null in the file)."""
     from jaxsat.sweep.scenarios import earth_search
 
     scenario = earth_search.make(options)
@@ -100,6 +103,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("out/earth-study"), help="directory of the results")
     arguments = parser.parse_args()
 
+    from jaxsat.files.json_files import json_text, plain
     from jaxsat.numerics import set_up_jax
 
     set_up_jax()
@@ -120,7 +124,7 @@ def main() -> None:
             print(f"| {condition} | {strategy} | {share} | {late} | {spans} |", flush=True)
             # Written after each, so that a long study can be stopped.
             content = {"cases": arguments.cases, "seed": arguments.seed, "runs": runs}
-            (arguments.out / "study.json").write_text(json.dumps(content, indent=1))
+            (arguments.out / "study.json").write_text(json_text(plain(content)[0]))
             if condition == next(iter(CONDITIONS)):
                 drawn[strategy] = times
     if drawn:

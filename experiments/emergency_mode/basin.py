@@ -2,7 +2,7 @@
 
 The sweep `emergency-mode` with inertia known to 5 %, a field model to 2 %, a magnetometer to 1 %, and noise; once to
 30 deg and once to half a turn. A start has succeeded if its error is below 1 deg in the last half of the fourth orbit.
-Prints the share by the error at the start, writes JSON and a picture.
+Prints the share by the error at the start, and how far the error rises on the way; writes JSON and a picture.
 
     .venv/bin/python experiments/emergency_mode/basin.py --cases 1000 --out out/emergency-basin
 """
@@ -41,17 +41,19 @@ def main() -> None:
         numbers = np.arange(chunks * scenario.chunk).reshape(chunks, -1)
         parts = [scenario.run(SEED, part) for part in numbers]
         found[reach] = cases = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-        good, first = cases["status"] == 0, cases["first_error_deg"]
+        good, first, largest = cases["status"] == 0, cases["first_error_deg"], cases["largest_error_deg"]
         edges = np.linspace(0.0, reach, BANDS + 1)
         bands = []
         for low, high in zip(edges[:-1], edges[1:], strict=True):
             inside = (first >= low) & (first < high)
-            bands.append(
-                {"from_deg": low, "to_deg": high, "cases": int(inside.sum()), "share": float(good[inside].mean())}
-            )
+            band = {"from_deg": low, "to_deg": high, "cases": int(inside.sum()), "share": float(good[inside].mean())}
+            p50, p95 = np.nanpercentile(largest[inside], [50.0, 95.0]).tolist()
+            bands.append(band | {"largest_deg": {"p50": p50, "p95": p95, "max": float(np.nanmax(largest[inside]))}})
         report[f"to_{reach}_deg"] = {"cases": len(good), "succeeded": int(good.sum()), "bands": bands}
         print(f"to {reach} deg: {good.sum()} of {len(good)} below 1 deg in the last half of the fourth orbit")
         print("   " + ", ".join(f"{b['from_deg']:.0f}-{b['to_deg']:.0f}: {100 * b['share']:.1f} %" for b in bands))
+        spans = (f"{b['largest_deg']['p50']:.0f}, {b['largest_deg']['max']:.0f}" for b in bands)
+        print(f"   largest error on the way, median and most, deg: {'; '.join(spans)}")
     picture(found, arguments.out / "basin.png")
     (arguments.out / "basin.json").write_text(json.dumps(report, indent=1))
 

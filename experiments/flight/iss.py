@@ -115,9 +115,9 @@ def _calibrated(fit):
 
     from jaxsat.satellites.model import with_values
 
-    leaves = fit.satellite.leaves
-    scale = {leaf.name: leaf.to_unit for leaf in leaves}
-    values = np.array([p.value / scale[p.name] for p in fit.result.parameters])
+    found = {p.name: p.value for p in fit.result.parameters}
+    leaves = [leaf for leaf in fit.satellite.leaves if leaf.name in found]
+    values = np.array([found[leaf.name] / leaf.to_unit for leaf in leaves])
     return with_values(fit.satellite.model, [leaf.spot for leaf in leaves], jnp.asarray(values))
 
 

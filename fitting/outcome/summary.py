@@ -26,6 +26,7 @@ from fitting.outcome.verdict import (
     WITHOUT_LIGHT,
     Background,
     Evidence,
+    as_well,
     judge,
 )
 from fitting.outcome.witness import wish_of
@@ -71,12 +72,13 @@ def summarize(found: Identified, background: Background | None = None) -> FitRes
     unseen = unseen_directions(parameters, information, free, seen.values, seen.values_jacobian, seen.model)
     chi2_p = float(chdtrc(dof, chi2)) if dof > 0 else 1.0
     channels = _channels(found, best, seen, point, counted, informative, chi2_p)
-    alternatives = tuple(_alternatives(found, seen))
+    ratio = chi2 / max(dof, 1)
+    alternatives = tuple(_alternatives(found, seen, as_well(ratio)))
     sigma_deg = np.degrees(np.sqrt(np.einsum("sii->si", seen.rotation_covariance)))[:n]
     evidence = Evidence(
         cost=float(point.cost),
         promise=promised_saving(np.asarray(point.gradient), seen.covariance, seen.pressed),
-        ratio=chi2 / max(dof, 1),
+        ratio=ratio,
         hopeless=bool(best.refined.hopeless[0]),
         channels=channels,
         alternatives=alternatives,
@@ -165,7 +167,8 @@ def _parameters(
         s = float(sigma[len(STATE) + number])
         known = leaf.name in told and 0.0 < s < np.inf
         if known and leaf.sigma is not None and abs(seen.values[number] - nominal[number]) > FAR_SIGMAS * leaf.sigma:
-            notes.setdefault(leaf.name, FAR_OFF)
+            # A prior does not hold what is far off it.
+            notes[leaf.name] = FAR_OFF if notes.get(leaf.name) == HELD_BY_PRIOR else notes.get(leaf.name, FAR_OFF)
         value = float(seen.values[number] * leaf.to_unit)
         note = notes.get(leaf.name) or relative.get(leaf.name, "")
         table.append(FittedParameter(leaf.name, value, s if known else None, leaf.unit, leaf.name in told, note))
@@ -294,14 +297,18 @@ def _angles(sensor: AbstractSensor, measured: np.ndarray, modelled: np.ndarray) 
     return np.degrees(angle_between_attitudes(a, b) if sensor.sees == "attitude" else angles_between(a, b))
 
 
-def _alternatives(found: Identified, seen: Look) -> list[dict]:
-    """Other minima whose motion or whose axes differ, by the rise of chi2."""
+def _alternatives(found: Identified, seen: Look, within: float) -> list[dict]:
+    """Other minima whose motion or whose axes differ, by the rise of chi2.
+
+    Other axes of the same motion are a sensor turned back by its own turn: farther than chance they are none.
+    """
     best, others = found.minima[0], []
     q, own = seen.quaternion[: found.fitted], best.convention.spelt()
     for minimum in found.minima:
         axes = minimum.convention.spelt()
         for k in range(len(minimum.refined.score)):
             distance, other = other_minimum(minimum.refined, k, q, best.refined.score[0])
-            if distance > DIFFERENT_ATTITUDE_DEG or axes != own:
+            turned = axes != own and (other["chi2_above_best"] < within or not found.parameters.free_motion)
+            if distance > DIFFERENT_ATTITUDE_DEG or turned:
                 others.append({**other, "axes": axes})
     return sorted(others, key=lambda other: other["chi2_above_best"])

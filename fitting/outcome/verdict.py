@@ -83,6 +83,14 @@ class Evidence:
     background: Background = Background()
 
 
+def as_well(ratio: float) -> float:
+    """Rise of chi2 within which something else explains the data as well, at `ratio` of chi2 per degree of freedom.
+
+    Residuals larger than stated make all differences of chi2 larger.
+    """
+    return WITHIN * max(1.0, ratio)
+
+
 def judge(evidence: Evidence) -> tuple[str, str, str, tuple[str, ...]]:
     """Status, verdict, its reason in a sentence, and remarks."""
     remarks = tuple(_remarks(evidence))
@@ -96,8 +104,7 @@ def judge(evidence: Evidence) -> tuple[str, str, str, tuple[str, ...]]:
     if denied:
         reason = "; ".join(denied)
         return NOT_CONVERGED, WRONG_MODEL, reason, remarks
-    # Residuals larger than stated make all differences of chi2 larger.
-    equals = [a for a in evidence.alternatives if a["chi2_above_best"] < WITHIN * max(1.0, evidence.ratio)]
+    equals = [a for a in evidence.alternatives if a["chi2_above_best"] < as_well(evidence.ratio)]
     if equals:
         axes = sum(bool(a["axes"]) for a in equals)
         what = "conventions of axes" if axes else "motions"

@@ -4,6 +4,8 @@ import math
 import re
 from dataclasses import dataclass
 
+FIELD_UNITS = ("nT", "uT", "mT", "T", "mG", "G")
+"""That magnetometers are read in."""
 _PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6}
 _PREFIXED: dict[str, tuple[float, dict[str, int]]] = {
     "T": (1.0, {"T": 1}),

@@ -71,6 +71,8 @@ def satellite_of(data: Mapping[str, Any], path: Path) -> Satellite:
 
 def _built(file: SatelliteFile, path: Path) -> Satellite:
     # The keys of a file are checked without JAX: what is wrong with them comes at once.
+    from jaxsat.satellites.kinds.own import OwnKeys
+    from jaxsat.satellites.kinds.trial import try_sensor
     from jaxsat.satellites.leaves import LeafList, as_array
     from jaxsat.satellites.model import Model
     from jaxsat.satellites.names import with_names
@@ -78,9 +80,11 @@ def _built(file: SatelliteFile, path: Path) -> Satellite:
 
     leaves = LeafList()
     craft, albedo = built_spacecraft(file, leaves), built_albedo(file, leaves)
-    sensors, delays = {}, {}
+    sensors, delays, columns = {}, {}, _columns(file)
     for name, keys in file.sensor_keys().items():
         sensors[name] = keys.built(name, leaves)
+        if isinstance(keys, OwnKeys):
+            try_sensor(sensors[name], name, len(file.channels[name].columns), columns)
         delay = file.channels[name].delay_s
         leaves.add(f"{name}.delay", f"delays.{name}", delay, unit="s", loose=1.0)
         delays[name] = as_array(delay)
@@ -100,7 +104,7 @@ def _built(file: SatelliteFile, path: Path) -> Satellite:
         shadow=file.light.shadow,
         held=file.gauge.hold,
         size_m=file.body.size_m,
-        columns=_columns(file),
+        columns=columns,
     )
 
 

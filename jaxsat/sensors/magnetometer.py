@@ -90,9 +90,8 @@ class Magnetometer(AbstractSensor):
         read = vectors_of(readings, self.axes)
         if read is None:
             return None
-        bias, (yz, xz, xy) = np.asarray(self.bias, float), np.asarray(self.shear, float)
-        matrix = np.diag(np.asarray(self.scale, float)) + np.array([[0, xy, xz], [xy, 0, yz], [xz, yz, 0]])
-        back = body_from_sensor(self.turn) @ np.linalg.pinv(matrix)
+        bias = np.asarray(self.bias, float)
+        back = body_from_sensor(self.turn) @ np.linalg.pinv(self._matrix())
         error = sigma
         if self.stray is not None:
             error = np.hypot(error, self._stray_size() / (TYPICAL_FIELD if self.unit_vector else 1.0))
@@ -101,6 +100,14 @@ class Magnetometer(AbstractSensor):
             read, bias = read * _length(read, back, bias)[:, None], np.broadcast_to(bias, read.shape)
             error = np.hypot(error * TYPICAL_FIELD, np.linalg.norm(bias[0]) * FIELD_SPREAD / TYPICAL_FIELD)
         return directions_of((read - bias) @ back.T, float(error * np.linalg.norm(back, 2)))
+
+    def field_of(self, read: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+        """The field in the sensor's axes by bias, scale and shear as they stand, from vectors that it reads there."""
+        return (read - np.asarray(self.bias, float)) @ np.linalg.inv(self._matrix())
+
+    def _matrix(self) -> Float[np.ndarray, "3 3"]:
+        yz, xz, xy = np.asarray(self.shear, float)
+        return np.diag(np.asarray(self.scale, float)) + np.array([[0, xy, xz], [xy, 0, yz], [xz, yz, 0]])
 
     def _stray_size(self) -> float:
         # Of columns nobody knows here how large they are.

@@ -23,6 +23,10 @@ class Metric:
     unit: str
     """`1` for a pure number."""
     meaning: str
+    endless: bool = False
+    """Whether a case without it has not got there in its time: among all cases it then counts as beyond any number."""
+    limit: float | None = None
+    """What somebody claims to be its largest value; the summary has the share of all cases beyond it."""
 
 
 @dataclass(frozen=True)
@@ -134,6 +138,17 @@ def number_of(options: Mapping[str, str], name: str, *, low: float = -math.inf, 
         }[math.isfinite(low), math.isfinite(high)]
         raise InputError(f"expected {span}, found {options[name]!r}", field=name)
     return value
+
+
+def as_numbers(options: Mapping[str, str]) -> dict[str, int | float | str]:
+    """Options as results have them: those that are finite numbers as numbers."""
+    return {name: _number(text) for name, text in options.items()}
+
+
+def _number(text: str) -> int | float | str:
+    if not (_NUMBER.fullmatch(text.strip()) and math.isfinite(value := float(text))):
+        return text
+    return int(value) if value.is_integer() and abs(value) < 2**53 else value
 
 
 def choice_of(options: Mapping[str, str], name: str, choices: tuple[str, ...]) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from jaxsat.sweep.merge import read_metric
 from jaxsat.sweep.plan import SweepPlan
-from jaxsat.sweep.scenario import Scenario
+from jaxsat.sweep.scenario import Metric, Scenario, as_numbers
 
 SCHEMA = "jaxsat.sweep/1"
 PERCENTILES = {"p05": 5.0, "p50": 50.0, "p95": 95.0}
@@ -38,6 +38,10 @@ class MetricSummary:
     """Those that did not."""
     beyond: int
     """Cases below the first bin or above the last."""
+    all_cases: dict[str, float] | None = None
+    """p05, p50 and p95 of an endless metric with those cases in it that do not have it, inf for them."""
+    over: dict[str, float] | None = None
+    """The limit, and the share of all cases that are beyond it, or do not have an endless metric."""
 
     @property
     def logarithmic(self) -> bool:
@@ -50,26 +54,34 @@ class MetricSummary:
 def summarise(scenario: Scenario, directory: Path, status: np.ndarray) -> list[MetricSummary]:
     """Distribution of each metric of a merged sweep with the given status numbers [cases]; one column at a time."""
     return [
-        summarise_metric(name, metric.unit, read_metric(directory, name), status == 0)
+        summarise_metric(name, metric, read_metric(directory, name), status == 0)
         for name, metric in scenario.metrics.items()
     ]
 
 
-def summarise_metric(name: str, unit: str, values: np.ndarray, success: np.ndarray) -> MetricSummary:
+def summarise_metric(name: str, metric: Metric, values: np.ndarray, success: np.ndarray) -> MetricSummary:
     """Distribution of a metric [cases], apart for cases with and without success."""
-    known = np.isfinite(values)
+    unit, known = metric.unit, np.isfinite(values)
+    all_cases, over = None, None
+    reached = np.where(known, values, np.inf) if metric.endless else values
+    if metric.endless:
+        # Those of cases that are there: between a number and infinity is nothing.
+        marks = np.percentile(reached, list(PERCENTILES.values()), method="nearest")
+        all_cases = dict(zip(PERCENTILES, marks.tolist(), strict=True))
+    if metric.limit is not None:
+        over = {"limit": metric.limit, "share": float(np.mean(reached > metric.limit))}
     found = values[known]
     missing, none = int(values.size - found.size), np.zeros(0)
     if found.size == 0:
         nothing = dict.fromkeys([*PERCENTILES, "max"], math.nan)
-        return MetricSummary(name, unit, nothing, missing, none, none, none, 0)
+        return MetricSummary(name, unit, nothing, missing, none, none, none, 0, all_cases, over)
     marks = np.percentile(found, list(PERCENTILES.values()))
     percentiles = dict(zip(PERCENTILES, marks.tolist(), strict=True)) | {"max": float(found.max())}
     edges = _edges(found, marks[0], marks[-1])
     good = np.histogram(found[success[known]], edges)[0]
     bad = np.histogram(found[~success[known]], edges)[0]
     beyond = int(found.size - good.sum() - bad.sum())
-    return MetricSummary(name, unit, percentiles, missing, edges, good, bad, beyond)
+    return MetricSummary(name, unit, percentiles, missing, edges, good, bad, beyond, all_cases, over)
 
 
 def _edges(values: np.ndarray, p05: float, p95: float) -> np.ndarray:
@@ -97,12 +109,18 @@ def document(
         "scenario": plan.scenario,
         "cases": plan.cases,
         "seed": plan.seed,
-        "options": plan.options,
+        "options": as_numbers(plan.options),
         **({"assumptions": list(scenario.assumptions)} if scenario.assumptions else {}),
         "chunk": plan.chunk,
         "succeeded": int(counts[0]),
         "statuses": dict(zip(scenario.statuses, counts.tolist(), strict=True)),
         "failed": np.flatnonzero(status).tolist(),
-        "metrics": {m.name: {"unit": m.unit, **m.percentiles, "missing": m.missing} for m in metrics},
+        "metrics": {m.name: _told(m) for m in metrics},
         **timing,
     }
+
+
+def _told(metric: MetricSummary) -> dict[str, Any]:
+    found: dict[str, Any] = {"unit": metric.unit, **metric.percentiles, "missing": metric.missing}
+    more = {"all_cases": metric.all_cases, "over": metric.over}
+    return found | {key: value for key, value in more.items() if value is not None}

@@ -1,6 +1,9 @@
 """`jaxsat almanac`: what it writes, the accuracy of the series, and what it refuses."""
 
+import csv
 import json
+import math
+from datetime import date
 
 import pytest
 
@@ -28,6 +31,21 @@ def test_one_instant_with_the_series_of_1994(capsys):
     assert apart == pytest.approx(errors["sun_declination"], abs=1e-9)
     # Penkov et al. 2009, section 3.6: within 0.2 and 0.06 deg; two harmonics are what that says.
     assert 0.0 < errors["sun_right_ascension"] < 0.2 and 0.0 < errors["sun_declination"] < 0.2
+    # The file's coefficients, summed by hand, give the very series.
+    series, days = document["series"], (date(2001, 1, 18) - date(1994, 1, 1)).days + (4 * 3600 + 54 * 60 + 15) / 86400
+    phase = math.radians(360.0 * days / series["year_days"])
+
+    def summed(c):
+        return c[0] + sum(c[2 * k - 1] * math.cos(k * phase) + c[2 * k] * math.sin(k * phase) for k in (1, 2))
+
+    ascension = math.degrees(phase) + summed(series["sun_right_ascension_deg"])
+    assert ascension % 360.0 == pytest.approx(now["series_sun_right_ascension_deg"], abs=1e-8)
+    assert summed(series["sun_declination_deg"]) == pytest.approx(now["series_sun_declination_deg"], abs=1e-9)
+    with open("out/series.csv") as stream:
+        head, *rows = csv.reader(stream)
+    assert head[0] == "harmonic" and [row[0] for row in rows] == ["0", "1", "2"]
+    own = [float(row[3 + j]) for row in rows for j in range(2)]
+    assert own[:1] + own[2:] == pytest.approx(series["sun_declination_deg"], rel=1e-10) and own[1] == 0.0
     printed = capsys.readouterr().out
     assert "300.26" in printed and max(map(len, printed.splitlines())) <= 80
 

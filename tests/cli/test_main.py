@@ -25,7 +25,15 @@ def own_directory(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(
     "arguments",
-    [["--help"], ["fit", "--help"], ["local", "--help"], ["turn", "--help"], ["fit", "--stars", "4"], ["--version"]],
+    [
+        ["--help"],
+        ["fit", "--help"],
+        ["local", "--help"],
+        ["turn", "--help"],
+        ["fit", "--stars", "4"],
+        ["--version"],
+        ["completion", "bash"],
+    ],
 )
 def test_help_and_usage_errors_import_nothing_heavy(arguments):
     script = f"import sys; from jaxsat.cli.main import run; run({arguments!r}); print({{*{HEAVY}}} & {{*sys.modules}})"
@@ -44,6 +52,7 @@ def test_help_and_usage_errors_import_nothing_heavy(arguments):
         (["fit", "--starts", "0"], "Must be >= 1"),
         (["fit", "--seed", "1.5"], "Expected a whole number, got 1.5"),
         (["fit", "--arc", "5"], "--arc"),
+        (["fit", "--holdout", "30"], "a share from 0 to 0.9, as 0.3, got 30; 30 % are 0.3"),
         (["fit", "--arc", "5", "1"], "first before the second"),
         (["fit", "--arc", "0", "inf"], "first before the second"),
         (["fit", "--drop", "1", "2", "--drop", "4", "3"], "first before the second"),

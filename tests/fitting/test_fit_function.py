@@ -10,6 +10,8 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from experiments.twins.draw import draw
 from experiments.twins.write import write_session
+from fitting.measurements.assembly import Samples, channels_within
+from fitting.measurements.units import turns_between
 from fitting.parameters.chosen import chosen_leaves
 from fitting.run import fit
 from fitting.settings import FitSettings
@@ -146,6 +148,23 @@ def test_unknown_axes_are_found(twin, tmp_path):
     (tmp_path / tle.name).write_text(tle.read_text())
     found = fit(*read(tmp_path / "sat.toml", table), settings=FitSettings(holdout=0.3, starts=8), causes=False).result
     assert found.axes == {"mag": ["+z", "-x", "-y"]} and found.status == "converged"
+
+
+def test_readings_in_another_unit_are_told_before_the_search(twin, tmp_path):
+    tle = twin.table.with_suffix(".tle")
+    (tmp_path / tle.name).write_text(tle.read_text())
+    text = twin.table.with_suffix(".sat.toml").read_text()
+    (tmp_path / "sat.toml").write_text(text.replace('unit = "uT"\nsigma', 'unit = "mT"\nsigma'))
+    with pytest.raises(
+        InputError, match=r"channels\.mag\.unit: \|B\| of mag is 1.*e\+03 times that of IGRF .* as 'uT'"
+    ):
+        fit(*read(tmp_path / "sat.toml", twin.table))
+    (tmp_path / "sat.toml").write_text(text.replace('unit = "deg/s"\nsigma', 'unit = "rad/s"\nsigma'))
+    satellite, session = read(tmp_path / "sat.toml", twin.table)
+    samples = Samples.of(channels_within(session, None), session.epoch, {})
+    (remark,) = turns_between(samples, satellite.model)
+    assert "by gyro the satellite turns by" in remark and "is its unit 'rad/s' right?" in remark
+    assert turns_between(Samples.of(channels_within(twin.session, None), session.epoch, {}), satellite.model) == []
 
 
 def test_what_is_free_by_name(twin):

@@ -18,8 +18,8 @@ OTHERS = ("rods", "imax", "inertia", "albedo")
 ANGLES = ("magnet.modulus", "magnet.azimuth", "magnet.elevation")
 
 
-def fit(*free: str, session=None, **settings):
-    satellite = read_satellite()
+def fit(*free: str, session=None, changed=None, **settings):
+    satellite = read_satellite(changed=changed)
     session = session or read_telemetry(BUNDLED, satellite)
     return fitting.fit(satellite, session, settings=FitSettings(free=free, **settings), causes=False).result
 
@@ -29,8 +29,25 @@ def by_angles():
     return fit(*ANGLES, *OTHERS)
 
 
-def test_a_dipole_by_its_angles_is_the_same_satellite(by_angles):
-    by_vector = fit("magnet", *OTHERS)
+@pytest.fixture(scope="module")
+def by_vector():
+    return fit("magnet", *OTHERS)
+
+
+def test_a_dipole_of_the_other_sign_is_found_and_told(by_vector):
+    """Its size is held, so that the way from the one sign to the other leads through no direction."""
+    found = fit("magnet", *OTHERS, changed={"spacecraft.magnet_A_m2": [-0.3, 0.0, 0.0]})
+    assert (found.status, found.dof) == ("converged", by_vector.dof)
+    assert found.chi2 == pytest.approx(by_vector.chi2, abs=1e-2)
+    assert any("the dipole points against that of the satellite file" in remark for remark in found.remarks)
+    assert not any("the dipole points" in remark for remark in by_vector.remarks)
+    ours, theirs = ({p.name: p for p in each.parameters} for each in (found, by_vector))
+    for name in ("magnet.y", "magnet.z", "inertia.xx", "rods.y"):
+        assert ours[name].value == pytest.approx(theirs[name].value, abs=0.05 * theirs[name].sigma), name
+        assert ours[name].sigma == pytest.approx(theirs[name].sigma, rel=0.02), name
+
+
+def test_a_dipole_by_its_angles_is_the_same_satellite(by_angles, by_vector):
     assert by_angles.status == by_vector.status == "converged"
     assert by_angles.chi2 == pytest.approx(by_vector.chi2, abs=1e-2) and by_angles.dof == by_vector.dof
     assert by_angles.gauge == by_vector.gauge == "common scale of inertia, magnet and rods fixed by |magnet| = 0.3 A m2"

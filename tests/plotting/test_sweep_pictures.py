@@ -9,6 +9,7 @@ from matplotlib.image import imread
 from jaxsat.plotting import png_bytes
 from jaxsat.plotting.distributions import draw_distributions
 from jaxsat.plotting.history import draw_history
+from jaxsat.sweep import Metric
 from jaxsat.sweep.summary import summarise_metric
 
 RNG = np.random.default_rng(2)
@@ -30,7 +31,9 @@ def pixels(png: bytes) -> np.ndarray:
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [0, 1, 5])
 def test_distributions(count):
-    metrics = [summarise_metric(name, "1", values, SUCCESS) for name, values in list(COLUMNS.items())[:count]]
+    metrics = [
+        summarise_metric(name, Metric("1", ""), values, SUCCESS) for name, values in list(COLUMNS.items())[:count]
+    ]
     picture = draw_distributions(metrics, title="a", subtitle="3000 cases")
     drawn = pixels(png_bytes(picture))
     assert (drawn.std() > 0.05) == (count > 0)
@@ -38,7 +41,7 @@ def test_distributions(count):
 
 def test_failures_can_be_seen():
     def drawn(success):
-        return png_bytes(draw_distributions([summarise_metric("a", "1", COLUMNS["normal_deg"], success)]))
+        return png_bytes(draw_distributions([summarise_metric("a", Metric("1", ""), COLUMNS["normal_deg"], success)]))
 
     assert drawn(SUCCESS) != drawn(np.ones(3000, bool))
 

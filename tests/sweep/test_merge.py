@@ -7,7 +7,7 @@ import numpy as np
 import pyarrow.parquet as pq
 
 import jaxsat.sweep.merge
-from jaxsat.sweep import merge_cases, run_cases, summarise
+from jaxsat.sweep import Metric, merge_cases, run_cases, summarise
 from jaxsat.sweep.plan import PLAN
 from jaxsat.sweep.summary import document, summarise_metric
 
@@ -42,7 +42,7 @@ def test_summary_is_that_of_numpy(sweep):
     assert content["failed"] == np.flatnonzero(expected["status"]).tolist()
     assert content["succeeded"] + len(content["failed"]) == 500 == sum(content["statuses"].values())
     assert content["statuses"]["lost"] == np.count_nonzero(expected["status"] == 2) > 0
-    assert content["options"] == {"scale": "1", "pause_s": "0", "chunk": "8"}
+    assert content["options"] == {"scale": 1, "pause_s": 0, "chunk": 8}
     times = expected["settling_time_s"]
     known = times[~np.isnan(times)]
     assert content["metrics"]["settling_time_s"] == {
@@ -57,7 +57,7 @@ def test_summary_is_that_of_numpy(sweep):
 
 
 def test_a_metric_that_no_case_has():
-    none = summarise_metric("a", "s", np.full(5, np.nan), np.zeros(5, bool))
+    none = summarise_metric("a", Metric("s", ""), np.full(5, np.nan), np.zeros(5, bool))
     assert none.missing == 5 and math.isnan(none.percentiles["p50"]) and none.edges.size == 0
 
 
@@ -66,9 +66,20 @@ def test_bins_hold_every_case_that_is_not_beyond():
     success = rng.random(2000) < 0.8
     for values in (rng.normal(size=2000), np.exp(3.0 * rng.normal(size=2000)), np.ones(2000), np.zeros(2000)):
         values[7], values[8] = 1e6, np.inf
-        found = summarise_metric("a", "1", values, success)
+        found = summarise_metric("a", Metric("1", ""), values, success)
         assert found.missing == 1 and found.beyond >= 1 and found.beyond < 100
         assert found.succeeded.sum() + found.failed.sum() + found.beyond == 1999
         assert np.all(np.diff(found.edges) > 0)
-    assert summarise_metric("a", "1", np.exp(3.0 * rng.normal(size=2000)), success).logarithmic
+    assert summarise_metric("a", Metric("1", ""), np.exp(3.0 * rng.normal(size=2000)), success).logarithmic
     assert not found.logarithmic
+
+
+def test_cases_that_never_got_there_count_beyond_any_time():
+    values = np.array([10.0, 20.0, 30.0, 40.0, np.nan, np.nan])
+    found = summarise_metric("a", Metric("s", "", endless=True, limit=25.0), values, np.isfinite(values))
+    assert found.percentiles["p50"] == 25.0 and found.missing == 2
+    # Sorted, of six: the first, the third, and one that never got there.
+    assert found.all_cases == {"p05": 10.0, "p50": 30.0, "p95": np.inf}
+    assert found.over == {"limit": 25.0, "share": 4.0 / 6.0}
+    known = summarise_metric("a", Metric("deg", "", limit=25.0), values, np.isfinite(values))
+    assert known.all_cases is None and known.over == {"limit": 25.0, "share": 2.0 / 6.0}

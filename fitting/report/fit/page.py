@@ -83,10 +83,15 @@ def fit_page(
             ),
             Table("Orbit", ("element", "value", "1σ", "unit"), orbit_rows(provenance["orbit"]), (1,), note=ORBIT_NOTE),
             Facts("Provenance", list(_origin(provenance))),
-            Table("Settings", ("key", "value"), list(setting_rows(provenance["settings"]))),
+            Table("Settings", ("key", "value"), list(setting_rows(_used(provenance["settings"])))),
             Table("Satellite file", ("key", "value"), list(setting_rows(provenance["satellite_file"]))),
         ],
     )
+
+
+def _used(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings without the numbers of what is switched off."""
+    return {k: {"on": False} if isinstance(v, Mapping) and v.get("on") is False else v for k, v in settings.items()}
 
 
 CAUSE_COLUMNS = ("cause", "chi2 before", "after", "it would mean", "option")

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.outcome.diagnostics import Diagnostics, tail_text
+from fitting.outcome.diagnostics import REMARKABLE_P, REMARKABLE_Z, Diagnostics, tail_text
 from fitting.outcome.result import AMBIGUOUS_VERDICT, FITS, FITS_ONLY, PREDICTS, FitResult
 from fitting.parameters.invisible import PRIORS
 from fitting.parameters.null_space import Direction, gauge_text
@@ -86,7 +86,13 @@ def fit_facts(result: FitResult) -> list[tuple[str, str]]:
         facts.append(("in the Earth's shadow", f"{int((result.illumination <= 0.5).sum())} times"))
     if result.limited is not None and result.limited.any():
         out = t[result.limited]
-        facts.append(("left out as limited", f"{count_text(out.size, 'sample')}, t = {out[0]:g} to {out[-1]:g} s"))
+        panels = any(channel.kind == "Panels" for channel in result.channels.values())
+        facts.append(
+            (
+                "left out as limited" if panels else "without light that fits",
+                f"{count_text(out.size, 'sample')}, t = {out[0]:g} to {out[-1]:g} s",
+            )
+        )
     facts.append(("attitude 1σ about x, y, z", f"{medians(result.attitude_sigma_deg[fitted])} deg (median)"))
     if not fitted.all():
         facts.append(("... where it is held out", f"{medians(result.attitude_sigma_deg[~fitted])} deg (median)"))
@@ -145,7 +151,8 @@ def diagnostic_note(diagnostics: Diagnostics) -> str:
     ratio, p = diagnostics.chi2_per_dof, diagnostics.chi2_p
     parts = [] if ratio is None else [f"chi2 per degree of freedom {ratio:.3f} (p = {value_text(p or 0.0, 2)})"]
     parts += [f"{name}: {tail_text(channel.tails)}" for name, channel in diagnostics.channels.items()]
-    return "; ".join([*parts, *(diagnostics.remarks() or ["nothing that is not noise"])]) + "."
+    beyond = f"no mean or size beyond {REMARKABLE_Z:g} σ, no memory with p below {REMARKABLE_P:g}"
+    return "; ".join([*parts, *(diagnostics.remarks() or [beyond])]) + "."
 
 
 def unseen_rows(result: FitResult) -> list[tuple[str, str, str, str]]:

@@ -9,6 +9,7 @@ from cyclopts import Parameter, validators
 
 from jaxsat.cli.shared.folders import default_folder
 from jaxsat.cli.shared.options import whole_number
+from jaxsat.cli.shared.talk import USUAL, Talking
 from jaxsat.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from jaxsat.time import Epoch
 
 SCHEMA = "jaxsat.almanac/1"
-FILES = ("almanac.csv", "almanac.json")
+FILES = ("almanac.csv", "series.csv", "almanac.json")
 MOST_ROWS = 100_000
 _SHOWN = 24
 _DATE = re.compile("[0-9]{4}-[0-9]{2}-[0-9]{2}|[0-9]{4}-[0-9]{3}")
@@ -48,7 +49,7 @@ def almanac(
     series: Annotated[
         int | None,
         Parameter(
-            help="Also the Fourier series of this year's almanac, as `God_ads` has them, and their errors.",
+            help="Also the Fourier series of this year's almanac, as `God_ads` has them, coefficients and errors.",
             converter=whole_number,
             validator=validators.Number(gte=1960, lte=2199),
         ),
@@ -58,12 +59,14 @@ def almanac(
         Parameter(help="Harmonics of the series.", converter=whole_number, validator=validators.Number(gte=1, lte=20)),
     ] = 6,
     out: Annotated[Path, Parameter(help="Directory for the results.")] = default_folder("almanac"),
+    talk: Talking = USUAL,
 ) -> int:
     """Print where Sun, Moon and Greenwich are: apparent places of date, in degrees.
 
     Right ascension and declination in the true equator and equinox of date,
     and Greenwich apparent sidereal time with UT1 taken as UTC.
-    Writes almanac.json and almanac.csv.
+    Writes almanac.json and almanac.csv, and with --series series.csv, the
+    coefficients of each harmonic, with their meaning in almanac.json.
 
     Exit status: 0 done, 1 bad input, 2 wrong usage.
 
@@ -76,12 +79,15 @@ def almanac(
     epoch = _instant(date, "DATE")
     t_s = _range(epoch, until, step)
     columns = ephemeris_columns(ephemeris(epoch, t_s))
-    errors = {}
+    errors, coefficients = {}, None
     if series is not None:
-        more, errors = series_columns(epoch, t_s, series, harmonics, columns)
+        from jaxsat.cli.almanac.series import series_columns
+        from jaxsat.numerics import set_up_jax
+
+        set_up_jax()
+        more, errors, coefficients = series_columns(epoch, t_s, series, harmonics, columns)
         columns |= more
 
-    from jaxsat.cli.shared.terminal import show
     from jaxsat.files.csv_files import write_columns_csv
     from jaxsat.files.json_files import plain, write_json
     from jaxsat.files.staging import staged_directory
@@ -92,13 +98,21 @@ def almanac(
         "epoch_utc": epoch.iso(3),
         "frame": "true equator and equinox of date",
     }
-    if errors:
-        document["series"] = {"year": series, "harmonics": harmonics, "largest_error_deg": errors}
+    if coefficients is not None:
+        from jaxsat.cli.almanac.series import series_document
+
+        own = {"year": series, "harmonics": harmonics, "largest_error_deg": errors}
+        document["series"] = own | series_document(coefficients)
     document["instants"] = [dict(zip(found, row, strict=True)) for row in zip(*found.values(), strict=True)]
     with staged_directory(out, FILES) as stage:
         write_columns_csv(stage / "almanac.csv", t_s, epoch, columns)
+        if coefficients is not None:
+            from jaxsat.cli.almanac.series import write_series
+
+            write_series(stage / "series.csv", coefficients)
         write_json(stage / "almanac.json", plain(document)[0])
-    show(*_summary(found, errors, series, harmonics), f"\nresults in {out}")
+    summary = _summary(found, errors, series, harmonics)
+    talk.result(*summary, f"\nresults in {out}", document=out / "almanac.json")
     return 0
 
 
@@ -143,28 +157,6 @@ def ephemeris_columns(found: "Ephemeris") -> dict[str, "np.ndarray"]:
     return dict(zip(COLUMNS, values, strict=True))
 
 
-def series_columns(
-    epoch: "Epoch", t_s: "np.ndarray", year: int, harmonics: int, exact: dict[str, "np.ndarray"]
-) -> tuple[dict[str, "np.ndarray"], dict[str, float]]:
-    """Returns Sun and Greenwich by the series of a year's almanac [deg], and their largest errors [deg]."""
-    from jaxsat.numerics import set_up_jax
-
-    set_up_jax()
-    import jax
-    import numpy as np
-
-    from jaxsat.environment import fit_almanac
-
-    series = fit_almanac(year, harmonics=harmonics).since(epoch)
-    ascension, declination, greenwich = (np.degrees(x) for x in jax.jit(lambda t: jax.vmap(series)(t))(t_s))
-    columns = dict(zip(_SERIES, (ascension % 360.0, declination, greenwich % 360.0), strict=True))
-    apart = {name: (values - exact[name] + 180.0) % 360.0 - 180.0 for name, values in columns.items()}
-    return (
-        {f"series_{name}": values for name, values in columns.items()},
-        {name.removesuffix("_deg"): float(np.abs(values).max()) for name, values in apart.items()},
-    )
-
-
 def _summary(found: dict[str, Any], errors: dict[str, float], series: int | None, harmonics: int) -> list[Any]:
     from rich.table import Table
 
@@ -186,11 +178,10 @@ def _summary(found: dict[str, Any], errors: dict[str, float], series: int | None
     if len(texts) > _SHOWN:
         parts.append(f"and {len(texts) - _SHOWN} more in almanac.csv")
     if errors:
-        values = [f"{found['series_' + name][0]:.4f}" for name in _SERIES]
+        from jaxsat.cli.almanac.series import SERIES
+
+        values = [f"{found['series_' + name][0]:.4f}" for name in SERIES]
         largest = ", ".join(f"{name.replace('_', ' ')} {value:.4f}" for name, value in errors.items())
         parts.append(f"series of {series}, {harmonics} harmonics: {', '.join(values)} deg at the first instant")
         parts.append(f"largest error of the series, deg: {largest}")
     return parts
-
-
-_SERIES = ("sun_right_ascension_deg", "sun_declination_deg", "greenwich_angle_deg")

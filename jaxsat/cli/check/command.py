@@ -3,7 +3,9 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter
+from cyclopts import CycloptsError, Parameter
+
+from jaxsat.cli.shared.talk import USUAL, Talking
 
 if TYPE_CHECKING:
     from jaxsat.telemetry.checks import SessionCheck
@@ -15,8 +17,11 @@ def check(
     files: Annotated[list[Path], Parameter(help="Table of telemetry, CSV or Parquet; several are joined by time.")],
     /,
     *,
-    satellite: Annotated[Path, Parameter(help="Satellite file, TOML; `jaxsat init` drafts one.")],
+    satellite: Annotated[
+        Path | None, Parameter(help="Satellite file, TOML; `jaxsat init TABLE` drafts one. (required)")
+    ] = None,
     out: Annotated[Path | None, Parameter(help="Directory for check.json. [default: nothing is written]")] = None,
+    talk: Talking = USUAL,
 ) -> int:
     """Say what is odd about telemetry before any fit.
 
@@ -30,22 +35,28 @@ def check(
 
     Example: jaxsat check pass.csv --satellite sat.toml --out pass-check
     """
+    if satellite is None:
+        raise CycloptsError(msg=f"--satellite is missing; `jaxsat init {files[0]} > sat.toml` drafts one.")
     from jaxsat.numerics import set_up_jax
 
     set_up_jax()
-    from jaxsat.cli.shared.terminal import show
-    from jaxsat.files.json_files import plain, write_json
+    from jaxsat.files.json_files import json_text, plain, write_json
     from jaxsat.files.staging import staged_directory
     from jaxsat.satellites import read_satellite
     from jaxsat.telemetry import read_telemetry
     from jaxsat.telemetry.checks import check_session
 
     found = read_satellite(satellite)
-    checked = check_session(found, read_telemetry(files, found))
+    with talk.stages("check") as progress:
+        progress("reading")
+        session = read_telemetry(files, found)
+        progress("looking")
+        checked = check_session(found, session)
+    document = plain(checked.document())[0]
     if out is not None:
         with staged_directory(out, FILES) as stage:
-            write_json(stage / "check.json", plain(checked.document())[0])
-    show(*summary(checked), *([f"\nresults in {out}"] if out else []))
+            write_json(stage / "check.json", document)
+    talk.result(*summary(checked), *([f"\nresults in {out}"] if out else []), document=json_text(document))
     return 0
 
 

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from jaxsat.cli.shared.folders import default_folder
+from jaxsat.cli.shared.talk import USUAL, Talking
 from jaxsat.errors import InputError
 
 SCHEMA = "jaxsat.export/1"
@@ -47,6 +48,7 @@ def export(
         str | None, Parameter(help="OBJECT_ID, as 2000-075C. [default: that of the file's element set]")
     ] = None,
     out: Annotated[Path, Parameter(help="Directory for the results.")] = default_folder("export"),
+    talk: Talking = USUAL,
 ) -> int:
     """Write the attitude and the orbit of a fit for other programs.
 
@@ -58,7 +60,6 @@ def export(
     Example: jaxsat export munin-fit --format aem --format czml --out munin-out
     """
     from jaxsat.cli.export.formats import ExportedRun, file_bytes
-    from jaxsat.cli.shared.terminal import show
     from jaxsat.files.json_files import plain, write_json
     from jaxsat.files.staging import staged_directory
 
@@ -86,5 +87,6 @@ def export(
         write_json(stage / "export.json", plain(document)[0])
     warning = "" if fitted.status == "converged" else f" (the fit is {fitted.status.replace('_', ' ')})"
     written = ", ".join(NAMES[name] for name in formats)
-    show(f"{fitted.object_name}: {len(fitted.t_s)} samples in {written}{warning}", f"\nresults in {out}")
+    said = f"{fitted.object_name}: {len(fitted.t_s)} samples in {written}{warning}"
+    talk.result(said, f"\nresults in {out}", document=out / "export.json")
     return 0

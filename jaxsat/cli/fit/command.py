@@ -1,16 +1,16 @@
 """`jaxsat fit`: attitude and parameters from what sensors measured, for one session or many."""
 
-import sys
 import time
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import CycloptsError, Parameter, validators
 
 from jaxsat.bundled import BUNDLED
 from jaxsat.cli.shared.folders import default_folder
-from jaxsat.cli.shared.options import Arc, ConfigFile, Drop, check_changes, whole_number
+from jaxsat.cli.shared.options import Arc, Drop, check_changes, whole_number
 from jaxsat.cli.shared.tables import refuse_tables
+from jaxsat.cli.shared.talk import USUAL, Talking
 from jaxsat.files.as_if import FORMS
 
 
@@ -18,6 +18,12 @@ def _refuse(options: dict[str, object], beside: str) -> None:
     given = [name for name, value in options.items() if value]
     if given:
         raise CycloptsError(msg=f"{', '.join(given)} cannot stand beside {beside}.")
+
+
+def _check_share(_: Any, value: float | None) -> None:
+    if value is not None and not 0.0 <= value <= 0.9:
+        meant = f"; {value:g} % are {value / 100.0:g}" if 1.0 < value <= 90.0 else ""
+        raise ValueError(f"Expected a share from 0 to 0.9, as 0.3, got {value:g}{meant}.")
 
 
 def fit(
@@ -41,7 +47,7 @@ def fit(
         float | None,
         Parameter(
             help="Share of the time, at its end, that is not fitted but predicted, as 0.3.",
-            validator=validators.Number(gte=0.0, lte=0.9),
+            validator=_check_share,
         ),
     ] = None,
     free: Annotated[
@@ -54,7 +60,13 @@ def fit(
             "motion is always free.",
         ),
     ] = None,
-    config: ConfigFile = None,
+    config: Annotated[
+        Path | None,
+        Parameter(
+            help="Configuration, TOML; `jaxsat config` prints all keys with units and defaults. With --satellite its "
+            "sections [fit], as max_rate_deg_s, step_s, and [orbit], [time], [earth], [sun]."
+        ),
+    ] = None,
     arc: Arc = None,
     drop: Drop = None,
     starts: Annotated[
@@ -81,6 +93,14 @@ def fit(
             negative=(),
         ),
     ] = None,
+    guess: Annotated[
+        Path | None,
+        Parameter(
+            help="Start from here, without a search: attitude.csv of an earlier fit or of `jaxsat local`, the "
+            "directory of one (numbers of a fit's satellite are taken too), or TOML with quaternion, rate_deg_s, t_s "
+            "or utc. For one session."
+        ),
+    ] = None,
     limb: Annotated[
         Path | None,
         Parameter(
@@ -104,6 +124,7 @@ def fit(
             validator=check_changes,
         ),
     ] = None,
+    talk: Talking = USUAL,
 ) -> int:
     """Fit attitude, and any of the satellite's parameters, to what its sensors measured.
 
@@ -127,17 +148,23 @@ def fit(
     """
     began = time.perf_counter()
     if satellite is not None:
-        _refuse({"--config": config, "--drop": drop, "--limb": limb}, "--satellite")
+        _refuse({"--drop": drop, "--limb": limb}, "--satellite, whose file has [rows] and its own channels")
         if not files:
             raise CycloptsError(msg="--satellite needs at least one table of telemetry.")
     else:
         refuse_tables(files or ())
     if limb is not None and files and len(files) > 1:
         raise CycloptsError(msg=f"--limb holds the angles of one session, but {len(files)} files are given.")
+    if guess is not None and satellite is None and files and len(files) > 1:
+        raise CycloptsError(msg=f"--guess is of one session, but {len(files)} files are given.")
     # What is wrong with settings is told before the seconds that the imports of a fit take.
-    options = {"holdout": holdout, "arc_s": arc, "starts": starts, "seed": seed}
-    given = {key: value for key, value in options.items() if value is not None}
-    if satellite is None:
+    options = {"free": free, "holdout": holdout, "arc_s": arc, "starts": starts, "seed": seed}
+    if satellite is not None:
+        from jaxsat.cli.settings.tables import load_table_config
+
+        given = {key: value for key, value in options.items() if value is not None}
+        table_config = load_table_config(config, given)
+    else:
         from jaxsat.cli.settings.given import read_settings
 
         settings = read_settings(config, free=free, arc=arc, drop=drop, starts=starts, seed=seed)
@@ -151,17 +178,19 @@ def fit(
     if satellite is None:
         read = OfRawSun.by(settings, limb, free, holdout, config, profile or ())
     else:
-        given |= {} if free is None else {"free": tuple(free.split(","))}
-        read = OfTables.by(satellite, given, profile or ())
+        read = OfTables.by(satellite, table_config, free, config, profile or ())
     if not files:
-        print(f"jaxsat: no file given: fitting the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
+        talk.note(f"no file given: fitting the bundled synthetic session {BUNDLED.name}")
         files = [BUNDLED]
     clock = Clock(began, time.perf_counter() - began)
-    asked = {"clock": clock, "plots": plots, "causes": causes, "profiles": tuple(profile or ())}
+    asked = {"clock": clock, "plots": plots, "causes": causes, "profiles": tuple(profile or ()), "talk": talk}
     asked["as_if"] = tuple(as_if or ())
     # Tables are joined by time, RAW_SUN files are sessions by themselves.
     if satellite is not None or len(files) == 1:
-        return fit_one(files, out, read, **asked)().exit_status
+        from fitting.starts.guess_files import read_guess
+
+        begin = None if guess is None else read_guess(guess)
+        return fit_one(files, out, read, **asked, guess=begin)().exit_status
 
     from jaxsat.cli.fit.many import fit_many
 

@@ -1,6 +1,6 @@
 """What one fit takes: from tables and a satellite file, or from a RAW_SUN file and a configuration."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,6 +21,7 @@ from jaxsat.telemetry.raw_sun.table import table_of
 
 if TYPE_CHECKING:
     from jaxsat.cli.settings.sections import Config
+    from jaxsat.cli.settings.tables import TableConfig
 
 
 @dataclass(frozen=True)
@@ -39,22 +40,25 @@ class OfTables:
 
     satellite: Satellite
     settings: FitSettings
+    given: Given = Given()
 
     @staticmethod
-    def by(path: Path, options: Mapping[str, object], profiles: Sequence[str] = ()) -> "OfTables":
-        """Reads the satellite file; `options` are of `FitSettings`, `profiles` names of what shall have one.
+    def by(
+        path: Path, config: "TableConfig", free: str | None, file: Path | None, profiles: Sequence[str] = ()
+    ) -> "OfTables":
+        """Reads the satellite file; `profiles` are names of what shall have one.
 
-        Raises `InputError`, and CycloptsError for a `free` that the satellite does not have and a profile that the fit
-        does not.
+        Raises `InputError`, also where the configuration's `file` frees what the satellite does not have, and
+        CycloptsError where `free`, of the command line, does, and for a profile that the fit does not have.
         """
-        satellite, settings = read_satellite(path), FitSettings.model_validate(dict(options))
-        _check_names(satellite, settings.free, profiles)
-        return OfTables(satellite, settings)
+        satellite, settings = read_satellite(path), config.fit
+        _check_names(satellite, settings.free, profiles, file=None if free is not None else file)
+        return OfTables(satellite, settings, config.given)
 
     def __call__(self, files: Sequence[Path]) -> Inputs:
         """The files are one session; raises `InputError`."""
         session = read_telemetry(files, self.satellite)
-        return Inputs(self.satellite, session, self.settings)
+        return Inputs(self.satellite, session, self.settings, self.given)
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from jaxsat.cli.fit.one import Clock, Outcome, fit_one
+from jaxsat.cli.shared.talk import Talk
 from jaxsat.errors import InputError
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ def fit_many(
     profiles: Sequence[str] = (),
     causes: bool = False,
     as_if: Sequence[str] = (),
+    talk: Talk,
 ) -> int:
     """Fits each file, a session by itself, into out/STEM, writes out/summary.json and returns the worst exit status.
 
@@ -37,7 +39,6 @@ def fit_many(
     Raises `InputError` where not even the summary can be written.
     """
     from jaxsat.cli.fit.text import files_summary
-    from jaxsat.cli.shared.terminal import show
     from jaxsat.files.publishing import refuse_folders
 
     refuse_folders(out, [SUMMARY])
@@ -46,11 +47,11 @@ def fit_many(
     with ThreadPoolExecutor(1, thread_name_prefix="write") as writer:
         for number, (path, name) in enumerate(zip(files, directory_names(files), strict=True)):
             own, directory = clock if number == 0 else Clock(time.perf_counter(), 0.0), out / name
-            how = {"clock": own, "plots": plots, "profiles": profiles, "causes": causes, "as_if": as_if, "quiet": True}
+            how = {"clock": own, "plots": plots, "profiles": profiles, "causes": causes, "as_if": as_if, "talk": talk}
             failed = partial(_failed, path, directory)
             # A defect that one file brings to light must not cost the others their night's run.
             try:
-                write = fit_one([path], directory, read, **how)
+                write = fit_one([path], directory, read, **how, alone=False)
             except Exception as error:
                 write = partial(failed, error)
             # One at a time, so that finished fits do not heap up in memory.
@@ -58,7 +59,8 @@ def fit_many(
             writing.append(writer.submit(_written, write, failed))
     outcomes = [each.result() for each in writing]
     _write_summary(out, outcomes, time.perf_counter() - clock.began)
-    show(files_summary([(o.telemetry, o.status, o.message) for o in outcomes]), f"results in {out}")
+    rows = files_summary([(o.telemetry, o.status, o.message) for o in outcomes])
+    talk.result(rows, f"results in {out}", document=out / SUMMARY)
     found = {outcome.exit_status for outcome in outcomes}
     return next((status for status in (1, 3) if status in found), 0)
 

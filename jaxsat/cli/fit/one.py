@@ -10,8 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from jaxsat.cli.shared.talk import Talk
+
 if TYPE_CHECKING:
     from fitting.fitted import Fit
+    from fitting.starts.guess import Guess
     from jaxsat.cli.fit.inputs import Inputs
 
 CONVERGED, BAD_INPUT, NOT_CONVERGED = 0, 1, 3
@@ -53,18 +56,18 @@ def fit_one(
     profiles: Sequence[str] = (),
     causes: bool = False,
     as_if: Sequence[str] = (),
-    quiet: bool = False,
+    guess: "Guess | None" = None,
+    talk: Talk,
+    alone: bool = True,
 ) -> Callable[[], Outcome]:
     """Fits one session of one file or of several; what it returns writes its directory, whole or not at all.
 
-    That prints a summary too, if not `quiet`, and is to be called, once, also where the outcome is of no interest.
-    `profiles` names the parameters that get a profile; with `causes` the usual ones are tried where a fit is denied;
-    `as_if` changes the data.
-    Raises `InputError`, as the writing may.
+    That says what was found too, if the session is `alone`; it is to be called, once, also where the outcome is of no
+    interest. `profiles` names the parameters that get a profile; with `causes` the usual ones are tried where a fit is
+    denied; `as_if` changes the data; a `guess` takes the place of the search. Raises `InputError`, as the writing may.
     """
     from fitting.report.fit.owned import owned_files
     from fitting.run import fit
-    from jaxsat.cli.fit.progress import StageProgress
     from jaxsat.files.staging import staged_directory
 
     start = time.perf_counter()
@@ -76,8 +79,9 @@ def fit_one(
         stage = unfinished.enter_context(staged_directory(directory, owned_files(directory, session.channels)))
         # Importing matplotlib costs half a second; the solver leaves one core to Python.
         threading.Thread(target=importlib.import_module, args=("fitting.report.fit.files",), daemon=True).start()
-        with StageProgress(session.name) as progress:
-            how = {"given": inputs.given, "profiles": profiles, "causes": causes, "as_if": as_if, "progress": progress}
+        with talk.stages(session.name, patience_s=0.0) as progress:
+            how = {"given": inputs.given, "profiles": profiles, "causes": causes, "as_if": as_if, "guess": guess}
+            how["progress"] = progress
             found = fit(inputs.satellite, session, settings=inputs.settings, **how, sky_ahead=True)
             progress("writing results", 0, 0)
         found = found.after(before, total=time.perf_counter() - clock.began)
@@ -86,19 +90,19 @@ def fit_one(
     def write() -> Outcome:
         with rest:
             warnings = found.write_into(stage, plots=plots)
-        return _told(found, directory, warnings, quiet)
+        if alone:
+            from jaxsat.cli.fit.text import fit_text
+
+            text = fit_text(found.result, session.name, session.rejections, whole=talk.verbose)
+            talk.result(text, f"\nresults in {directory}", document=directory / "fit.json")
+        return _outcome(found, directory, warnings)
 
     return write
 
 
-def _told(found: "Fit", directory: Path, warnings: Sequence[str], quiet: bool) -> Outcome:
-    from jaxsat.cli.fit.text import fit_text
-    from jaxsat.cli.shared.terminal import show
-
-    result, session = found.result, found.session
-    if not quiet:
-        show(fit_text(result, session.name, session.rejections), f"\nresults in {directory}")
+def _outcome(found: "Fit", directory: Path, warnings: Sequence[str]) -> Outcome:
+    result = found.result
     for warning in warnings:
         print(f"jaxsat: warning: {warning}", file=sys.stderr)
     numbers = {"chi2": result.chi2, "dof": result.dof, "residual_rms_mA": result.residual_rms_mA}
-    return Outcome(session.telemetry, directory, result.status, result.message, numbers)
+    return Outcome(found.session.telemetry, directory, result.status, result.message, numbers)

@@ -1,4 +1,4 @@
-"""What the terminal shows of a fit of any satellite."""
+"""What the terminal shows of a fit of any satellite: what counts comes last, where a screen of 24 lines ends."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
@@ -38,53 +38,61 @@ STYLES = {"good": "bold green", "doubtful": "bold yellow", "bad": "bold red"}
 SHOWN_ALTERNATIVES, SHOWN_FIXED, SHOWN_PAIRS, SHOWN_CAUSES = 5, 8, 6, 4
 
 
-def fit_text(result: "FitResult", name: str, rejections: Iterable["RejectedRow"] = ()) -> RenderableType:
-    """Returns verdict, channels, parameters with what they buy, alternatives, facts and remarks; fits 100 columns.
+def fit_text(
+    result: "FitResult", name: str, rejections: Iterable["RejectedRow"] = (), *, whole: bool = False
+) -> RenderableType:
+    """Returns facts, remarks, channels, parameters with what they buy, alternatives and verdict; fits 100 columns.
 
-    `rejections` are rows and cells of the table that were not used.
+    `rejections` are rows and cells of the table that were not used. `whole` cuts nothing short.
     """
-    style = STYLES[VERDICTS.get(result.verdict, "bad")]
-    message = f"{result.message[:1].upper()}{result.message[1:]}."
-    parts: list[RenderableType] = [Text.assemble((name, "bold"), ": ", (verdict_text(result), style), " ", message)]
+    facts = Table.grid(padding=(0, 2))
+    for what, text in [*fit_facts(result), *_left_out(rejections)]:
+        facts.add_row(Text(what, style="dim"), text)
+    parts: list[RenderableType] = [facts, *_correlations(result, whole), *_fixed(result, whole)]
+    parts += [Text.assemble(("- ", "yellow"), f"{remark[:1].upper()}{remark[1:]}.") for remark in result.remarks]
     channels = plain_table(*CHANNEL_COLUMNS, right=CHANNEL_NUMBERS)
     # Nine columns stand closer, so that they fit a terminal of 80.
     channels.padding = (0, 1, 0, 0)
     for row in channel_rows(result):
         channels.add_row(*row)
-    parts.append(channels)
-    parts += _parameters(result)
-    parts += _alternatives(result)
-    parts += _causes(result)
-    facts = Table.grid(padding=(0, 2))
-    for what, text in [*fit_facts(result), *_left_out(rejections)]:
-        facts.add_row(Text(what, style="dim"), text)
-    parts.append(facts)
+    parts += [channels, *_parameters(result), *_alternatives(result, whole), *_causes(result, whole)]
+    style = STYLES[VERDICTS.get(result.verdict, "bad")]
+    message = f"{result.message[:1].upper()}{result.message[1:]}."
+    return Group(*parts, Text.assemble((name, "bold"), ": ", (verdict_text(result), style), " ", message))
+
+
+def _correlations(result: "FitResult", whole: bool) -> Iterable[RenderableType]:
     strong = strong_correlations({a: dict(row) for a, row in result.correlations.items()})
+    shown = len(strong) if whole else SHOWN_PAIRS
     if strong:
         table = plain_table("strongly correlated", "with", "correlation", right=(2,))
-        for a, b, value in strong[:SHOWN_PAIRS]:
+        for a, b, value in strong[:shown]:
             table.add_row(a, b, f"{value:+.3f}")
-        parts.append(table)
-        if len(strong) > SHOWN_PAIRS:
-            more = count_text(len(strong) - SHOWN_PAIRS, "pair")
-            parts.append(Text(f"and {more} more beyond ±{STRONG_CORRELATION} in fit.json\n", style="dim"))
-    parts += [Text.assemble(("- ", "yellow"), f"{remark[:1].upper()}{remark[1:]}.") for remark in result.remarks]
-    return Group(*parts)
+        yield table
+        if len(strong) > shown:
+            more = count_text(len(strong) - shown, "pair")
+            yield Text(f"and {more} more beyond ±{STRONG_CORRELATION} in fit.json\n", style="dim")
 
 
 def _parameters(result: "FitResult") -> Iterable[RenderableType]:
     free = {p.name for p in result.parameters if p.free}
-    rows = worth_rows(result)
     if free:
         table = plain_table("parameter", "value", "1σ", "unit", "buys chi2", "note", right=(1, 4))
-        for name, value, sigma, unit, buys, note in rows:
+        table.columns[0].no_wrap = True
+        for name, value, sigma, unit, buys, note in worth_rows(result):
             if name in free:
                 table.add_row(name, value, f"± {sigma}" if sigma else "", unit, buys, note)
         yield table
-    fixed = _together([(name, f"{value} {unit}".strip()) for name, value, _, unit, _, _ in rows if name not in free])
+
+
+def _fixed(result: "FitResult", whole: bool) -> Iterable[RenderableType]:
+    free = {p.name for p in result.parameters if p.free}
+    rows = [(name, f"{value} {unit}".strip()) for name, value, _, unit, *_ in worth_rows(result) if name not in free]
+    fixed = [f"{name} {value}" for name, value in rows] if whole else _together(rows)
     if fixed:
-        more = f", and {len(fixed) - SHOWN_FIXED} more in fit.json" if len(fixed) > SHOWN_FIXED else ""
-        yield Padding(Text(f"fixed: {', '.join(fixed[:SHOWN_FIXED])}{more}", style="dim"), (0, 0, 1, 0))
+        shown = len(fixed) if whole else SHOWN_FIXED
+        more = f", and {len(fixed) - shown} more in fit.json" if len(fixed) > shown else ""
+        yield Padding(Text(f"fixed: {', '.join(fixed[:shown])}{more}", style="dim"), (0, 0, 1, 0))
 
 
 def _together(fixed: list[tuple[str, str]]) -> list[str]:
@@ -99,22 +107,24 @@ def _together(fixed: list[tuple[str, str]]) -> list[str]:
     return found
 
 
-def _alternatives(result: "FitResult") -> Iterable[RenderableType]:
+def _alternatives(result: "FitResult", whole: bool) -> Iterable[RenderableType]:
     rows = alternative_rows(result)
+    shown = len(rows) if whole else SHOWN_ALTERNATIVES
     if rows:
-        table = plain_table("other motions: chi2 above", "attitude differs by", "rate, deg/s", "axes", right=(0, 1))
-        for row in rows[:SHOWN_ALTERNATIVES]:
+        heads = "other motions or axes: chi2 above", "attitude differs by", "rate, deg/s", "axes"
+        table = plain_table(*heads, right=(0, 1))
+        for row in rows[:shown]:
             table.add_row(*row)
         yield table
-        if len(rows) > SHOWN_ALTERNATIVES:
-            yield Text(f"and {len(rows) - SHOWN_ALTERNATIVES} more in fit.json\n", style="dim")
+        if len(rows) > shown:
+            yield Text(f"and {len(rows) - shown} more in fit.json\n", style="dim")
 
 
-def _causes(result: "FitResult") -> Iterable[RenderableType]:
+def _causes(result: "FitResult", whole: bool) -> Iterable[RenderableType]:
     rows = cause_rows(result)
     if rows:
         table = plain_table("what would explain the data", "chi2 before", "after", "it would mean", right=(1, 2))
-        for cause, before, after, meaning, _ in rows[:SHOWN_CAUSES]:
+        for cause, before, after, meaning, _ in rows[: len(rows) if whole else SHOWN_CAUSES]:
             table.add_row(cause, before, after, meaning)
         yield table
         option = rows[0][-1]

@@ -1,6 +1,5 @@
 """`jaxsat local`: attitude of each sample by itself, without a model of the motion."""
 
-import sys
 import time
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -11,6 +10,7 @@ from jaxsat.bundled import BUNDLED
 from jaxsat.cli.shared.folders import default_folder
 from jaxsat.cli.shared.options import Arc, AxisBody, ConfigFile, Drop
 from jaxsat.cli.shared.tables import refuse_tables
+from jaxsat.cli.shared.talk import USUAL, Talking
 
 Method = Literal["field-roll", "five-parameter", "sun-field"]
 PROGRAM = {"field-roll": "OrbfiGraf", "five-parameter": "OptLoc", "sun-field": "OrSB"}
@@ -90,6 +90,7 @@ def local(
     drop: Drop = None,
     out: Annotated[Path, Parameter(help="Directory for the results.")] = default_folder("local"),
     plots: Annotated[bool, Parameter(help="Draw pictures.")] = True,
+    talk: Talking = USUAL,
 ) -> int:
     """Find the attitude of each sample by itself, without a model of the motion.
 
@@ -128,7 +129,7 @@ def local(
             raise CycloptsError(msg="--satellite needs at least one table of telemetry.")
         from jaxsat.cli.local.directions import local_directions
 
-        return local_directions(files, satellite, out, arc_s=arc, began=began, plots=plots)
+        return local_directions(files, satellite, out, arc_s=arc, began=began, plots=plots, talk=talk)
     refuse_tables(files or ())
     if files and len(files) > 1:
         raise CycloptsError(msg="RAW_SUN files are taken one at a time; several tables are joined with --satellite.")
@@ -144,7 +145,7 @@ def local(
 
     settings = read_settings(config, arc=arc, drop=drop)
     if file is None:
-        print(f"jaxsat: no file given: taking the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
+        talk.note(f"no file given: taking the bundled synthetic session {BUNDLED.name}")
 
     from jaxsat.cli.shared.start import start_jax
 
@@ -152,11 +153,11 @@ def local(
     from fitting.local.methods import FIELD_SIGMA_UT, SUN_SIGMA_DEG, local_samples, solve
     from fitting.session import prepare_session
     from jaxsat.cli.local.files import FILES, local_summary, write_local
-    from jaxsat.cli.shared.terminal import show
     from jaxsat.files.staging import staged_directory
     from jaxsat.telemetry import read_session
 
-    with staged_directory(out, FILES) as stage:
+    with talk.stages("local") as progress, staged_directory(out, FILES) as stage:
+        progress("reading and orbit")
         session = read_session(file or BUNDLED, settings.numbers, cleaning=settings.cleaning)
         prepared = prepare_session(session, settings.given)
         chosen = {
@@ -170,10 +171,13 @@ def local(
         if method == "sun-field":
             limits["sun_sigma_deg"] = SUN_SIGMA_DEG if sun_sigma_deg is None else sun_sigma_deg
             limits["field_sigma_uT"] = FIELD_SIGMA_UT if field_sigma_ut is None else field_sigma_ut
+        progress("attitudes")
         solutions = solve(method, prepared, samples, **limits)
         options = {"method": method, "program": PROGRAM[method], "earth": earth, **limits}
         if method != "sun-field":
             options["axis_body"] = samples.axis_body
+        progress("writing results")
         write_local(stage, prepared, samples, solutions, options=options, began=began, plots=plots)
-    show(local_summary(solutions, f"{prepared.label}, {method}"), f"\nresults in {out}")
+    summary = local_summary(solutions, f"{prepared.label}, {method}")
+    talk.result(summary, f"\nresults in {out}", document=out / "local.json")
     return 0 if solutions.fits else 3

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from jaxsat.cli.shared.talk import Talk
 from jaxsat.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,7 +20,14 @@ CLOSE = 1.3
 
 
 def local_directions(
-    files: Sequence[Path], satellite: Path, out: Path, *, arc_s: tuple[float, float] | None, began: float, plots: bool
+    files: Sequence[Path],
+    satellite: Path,
+    out: Path,
+    *,
+    arc_s: tuple[float, float] | None,
+    began: float,
+    plots: bool,
+    talk: Talk,
 ) -> int:
     """Solves the tables of one session, writes the files and returns the exit status. Raises `InputError`."""
     from jaxsat.cli.shared.start import start_jax
@@ -27,7 +35,6 @@ def local_directions(
     start_jax()
     from jaxsat.cli.local.direction_files import write_directions
     from jaxsat.cli.local.files import FILES
-    from jaxsat.cli.shared.terminal import show
     from jaxsat.files.staging import staged_directory
     from jaxsat.satellites import read_satellite
     from jaxsat.telemetry import read_telemetry
@@ -35,14 +42,17 @@ def local_directions(
     craft = read_satellite(satellite)
     if not any(sensor.sees not in (None, "rate") for sensor in craft.model.sensors.values()):
         raise InputError("has no sensor that sees a direction or stars by itself", file=satellite, field="sensors")
-    with staged_directory(out, FILES) as stage:
+    with talk.stages("local") as progress, staged_directory(out, FILES) as stage:
+        progress("reading")
         session = read_telemetry(files, craft)
         from fitting.local.directions import direct_attitudes
         from fitting.surroundings import surroundings
 
+        progress("attitudes")
         found = direct_attitudes(craft, session, surroundings(craft, session)[0], arc_s=arc_s)
+        progress("writing results")
         write_directions(stage, found, session, satellite, began=began, plots=plots)
-    show(directions_summary(found, session.name), f"\nresults in {out}")
+    talk.result(directions_summary(found, session.name), f"\nresults in {out}", document=out / "local.json")
     return 0 if found.fits else 3
 
 

@@ -1,7 +1,6 @@
 """`jaxsat orbit`: Keplerian elements from the positions of a session (the program `raw_Or`)."""
 
 import math
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -10,6 +9,7 @@ from cyclopts import Parameter
 from jaxsat.bundled import BUNDLED
 from jaxsat.cli.shared.folders import default_folder
 from jaxsat.cli.shared.options import ConfigFile, Drop
+from jaxsat.cli.shared.talk import USUAL, Talking
 
 if TYPE_CHECKING:
     from fitting.orbit.orbit_fit import OrbitFit
@@ -44,6 +44,7 @@ def orbit(
     drop: Drop = None,
     out: Annotated[Path, Parameter(help="Directory for the results.")] = default_folder("orbit"),
     plots: Annotated[bool, Parameter(help="Draw pictures.")] = True,
+    talk: Talking = USUAL,
 ) -> int:
     """Find the Keplerian elements of a session's positions, and the residuals before and after.
 
@@ -59,7 +60,7 @@ def orbit(
 
     settings = read_settings(config, drop=drop)
     if file is None:
-        print(f"jaxsat: no file given: the orbit of the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
+        talk.note(f"no file given: the orbit of the bundled synthetic session {BUNDLED.name}")
         file = BUNDLED
 
     from jaxsat.numerics import set_up_jax
@@ -68,7 +69,6 @@ def orbit(
     import numpy as np
 
     from fitting.orbit.orbit_fit import fit_without_doubtful
-    from jaxsat.cli.shared.terminal import show
     from jaxsat.files.csv_files import write_columns_csv
     from jaxsat.files.json_files import plain, write_json
     from jaxsat.files.staging import staged_directory
@@ -97,7 +97,7 @@ def orbit(
         chosen = {"average": average, "doubtful_sigmas": doubtful if math.isfinite(doubtful) else "inf"}
         document = _document(session, everything, kept, chosen, file)
         write_json(stage / "orbit.json", plain(document)[0])
-    show(*_summary(session, everything, kept), f"\nresults in {out}")
+    talk.result(*_summary(session, everything, kept), f"\nresults in {out}", document=out / "orbit.json")
     return 0 if kept.converged else 3
 
 

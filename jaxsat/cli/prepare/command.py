@@ -1,6 +1,5 @@
 """`jaxsat prepare`: reading, cleaning and orbit of a session, and what was dropped and why."""
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,6 +8,7 @@ from cyclopts import Parameter
 from jaxsat.bundled import BUNDLED
 from jaxsat.cli.shared.folders import default_folder
 from jaxsat.cli.shared.options import ConfigFile, Drop
+from jaxsat.cli.shared.talk import USUAL, Talking
 
 if TYPE_CHECKING:
     from fitting.session import PreparedSession
@@ -27,6 +27,7 @@ def prepare(
     drop: Drop = None,
     out: Annotated[Path, Parameter(help="Directory for the results.")] = default_folder("prepare"),
     plots: Annotated[bool, Parameter(help="Draw pictures.")] = True,
+    talk: Talking = USUAL,
 ) -> int:
     """Read and clean a session, fit its orbit, and show what was left out and why.
 
@@ -40,12 +41,11 @@ def prepare(
 
     settings = read_settings(config, drop=drop)
     if file is None:
-        print(f"jaxsat: no file given: preparing the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
+        talk.note(f"no file given: preparing the bundled synthetic session {BUNDLED.name}")
 
     from fitting.session import prepare_session
     from jaxsat.cli.prepare.samples import write_samples_csv
     from jaxsat.cli.prepare.text import preparation_summary
-    from jaxsat.cli.shared.terminal import show
     from jaxsat.files.json_files import plain, write_json
     from jaxsat.files.staging import staged_directory
     from jaxsat.numerics import set_up_jax
@@ -60,7 +60,8 @@ def prepare(
                 (stage / name).write_bytes(png)
         write_samples_csv(stage / "samples.csv", prepared.session)
         write_json(stage / "prepare.json", plain(preparation_document(prepared, settings.numbers, settings.fit))[0])
-    show(preparation_summary(prepared.session, prepared.orbit_fit, prepared.label), f"\nresults in {out}")
+    summary = preparation_summary(prepared.session, prepared.orbit_fit, prepared.label)
+    talk.result(summary, f"\nresults in {out}", document=out / "prepare.json")
     return 0
 
 

@@ -1,6 +1,5 @@
 """`jaxsat simulate`: telemetry with its truth, of any satellite by its file, or of Munin (the program `Orfs`)."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -8,6 +7,7 @@ from cyclopts import CycloptsError, Parameter, validators
 
 from jaxsat.cli.shared.folders import default_folder
 from jaxsat.cli.shared.options import ConfigFile, whole_number
+from jaxsat.cli.shared.talk import USUAL, Talking
 
 
 def simulate(
@@ -66,6 +66,7 @@ def simulate(
     ] = None,
     out: Annotated[Path, Parameter(help="Directory for the results.")] = default_folder("simulate"),
     plots: Annotated[bool, Parameter(help="Draw pictures.")] = True,
+    talk: Talking = USUAL,
 ) -> int:
     """Simulate a session: attitude motion, what sensors read, telemetry with its noise, and the truth.
 
@@ -107,7 +108,7 @@ def simulate(
 
         if seed is not None:
             given["seed"] = seed
-        return simulate_twin(satellite, out, given, orbit=orbit, commands=commands, plots=plots)
+        return simulate_twin(satellite, out, given, orbit=orbit, commands=commands, plots=plots, talk=talk)
     if given or orbit or commands:
         options = "--orbit, --start, --duration, --every, --rate, --attitude, --commands, --nominal and --tolerance"
         raise CycloptsError(msg=f"{options} belong to --satellite; Munin's are keys of the configuration.")
@@ -115,9 +116,8 @@ def simulate(
 
     settings = load_config(config, {} if seed is None else {"simulate.seed": seed})
     if config is None:
-        print("jaxsat: no configuration given: simulating the nominal Munin of 2001-01-18", file=sys.stderr)
+        talk.note("no configuration given: simulating the nominal Munin of 2001-01-18")
 
-    from jaxsat.cli.shared.terminal import show
     from jaxsat.files.staging import staged_directory
     from jaxsat.numerics import set_up_jax
 
@@ -128,8 +128,11 @@ def simulate(
 
     plan = SessionPlan(settings.simulate, settings.numbers, settings.given, settings.cleaning, file=config)
 
-    with staged_directory(out, FILES) as stage:
+    with talk.stages("simulate") as progress, staged_directory(out, FILES) as stage:
+        progress("the motion and what sensors read")
         session = make_session(plan)
+        progress("writing results")
         write_simulation(stage, session, plan, plots=plots)
-    show(simulation_summary(session, settings.simulate.satellite), f"\nresults in {out}")
+    summary = simulation_summary(session, settings.simulate.satellite)
+    talk.result(summary, f"\nresults in {out}", document=out / "session.truth.json")
     return 0

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
+from jaxsat.cli.shared.talk import Talk
 from jaxsat.errors import InputError
 
 
@@ -16,6 +17,7 @@ def simulate_twin(
     orbit: Path | None,
     commands: Path | None,
     plots: bool,
+    talk: Talk,
 ) -> int:
     """Makes and writes a session and returns the exit status; `given` are `TwinSettings`. Raises `InputError`."""
     from jaxsat.numerics import set_up_jax
@@ -24,7 +26,6 @@ def simulate_twin(
     from jaxsat.satellites import read_satellite
 
     craft = read_satellite(satellite)
-    from jaxsat.cli.shared.terminal import show
     from jaxsat.cli.simulate.text import twin_summary
     from jaxsat.files.staging import staged_directory
     from jaxsat.synthetic.twins import TwinSettings, make_twin, write_twin
@@ -40,11 +41,15 @@ def simulate_twin(
     if commands is not None:
         flown = craft if orbit is None else with_orbit(craft, orbit)
         columns = read_columns(commands, craft, epoch_of(flown, settings))
-    twin = make_twin(craft, settings, orbit=orbit, columns=columns)
-    with staged_directory(out, owned_files(twin)) as stage:
-        write_twin(stage, twin, plots=plots, target=out)
-    table, copy = (out / f"{name_of(satellite)}.{ending}" for ending in ("csv", "sat.toml"))
-    show(twin_summary(twin), f"\nresults in {out}\nnext: jaxsat fit {table} --satellite {copy}")
+    with talk.stages("simulate") as progress:
+        progress("the motion and what sensors read")
+        twin = make_twin(craft, settings, orbit=orbit, columns=columns)
+        progress("writing results")
+        with staged_directory(out, owned_files(twin)) as stage:
+            write_twin(stage, twin, plots=plots, target=out)
+    table, copy, truth = (out / f"{name_of(satellite)}.{ending}" for ending in ("csv", "sat.toml", "truth.json"))
+    following = f"\nresults in {out}\nnext: jaxsat fit {table} --satellite {copy}"
+    talk.result(twin_summary(twin), following, document=truth)
     return 0
 
 

@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from jaxsat.cli.shared.terminal import show
+from jaxsat.cli.shared.talk import Talk
 from jaxsat.cli.sweep.files import case_summary
 from jaxsat.errors import InputError
 from jaxsat.files.json_files import plain, write_json
 from jaxsat.files.staging import staged_directory
 from jaxsat.sweep import History, Page, Scenario, SweepPlan, chunk_of, read_plan, run_cases
+from jaxsat.sweep.scenario import as_numbers
 
 SCHEMA = "jaxsat.sweep-case/1"
 FILES = ("history.csv", "history.png", "search.html", "case.json")
@@ -64,7 +65,7 @@ def case_document(scenario: Scenario, seed: int, case: int, options: Mapping[str
         "schema": SCHEMA,
         "scenario": scenario.name,
         "seed": seed,
-        "options": dict(options),
+        "options": as_numbers(options),
         "case": case,
         "status": scenario.statuses[found["status"][own]],
         "metrics": {
@@ -73,17 +74,19 @@ def case_document(scenario: Scenario, seed: int, case: int, options: Mapping[str
     }
 
 
-def write_case(scenario: Scenario, plan: SweepPlan, out: Path, case: int) -> int:
-    """Runs one case, writes its files into out/case-K and prints its metrics; returns the exit status."""
+def write_case(scenario: Scenario, plan: SweepPlan, out: Path, case: int, talk: Talk) -> int:
+    """Runs one case, writes its files into out/case-K and says its metrics; returns the exit status."""
     stored = read_plan(out)
     difference = "" if stored is None else stored.difference(plan)
     if difference:
         raise InputError(f"holds a sweep with {difference}; take another --out", file=out)
     directory = out / f"case-{case}"
-    with staged_directory(directory, FILES) as stage:
+    with talk.stages(f"{scenario.name}, case {case}") as progress, staged_directory(directory, FILES) as stage:
+        progress("running its chunk")
         content = case_document(scenario, plan.seed, case, plan.options)
         if scenario.history is not None:
+            progress("its history")
             write_history(stage, scenario.history(plan.seed, case), scenario, seed=plan.seed, case=case)
         write_json(stage / "case.json", plain(content)[0])
-    show(case_summary(content), f"\nresults in {directory}")
+    talk.result(case_summary(content), f"\nresults in {directory}", document=directory / "case.json")
     return 0

@@ -9,6 +9,7 @@ from cyclopts import CycloptsError, Parameter, validators
 
 from jaxsat.cli.shared.folders import default_folder
 from jaxsat.cli.shared.options import whole_number
+from jaxsat.cli.shared.talk import USUAL, Talking
 from jaxsat.cli.sweep.defaults import CASES, SEED
 from jaxsat.cli.sweep.scenarios import SCENARIOS, address_of
 
@@ -115,6 +116,7 @@ def sweep(
         str | None, Parameter(help="Address of a running dask scheduler. [default: a cluster on this machine]")
     ] = None,
     plots: Annotated[bool, Parameter(help="Draw pictures.")] = True,
+    talk: Talking = USUAL,
 ) -> int:
     """Run many random cases of a scenario and sum them up.
 
@@ -145,10 +147,10 @@ def sweep(
     source, made, plan = request.resolve()
     imported = time.perf_counter() - began
     if case is not None:
-        return write_case(made, plan, out, case)
+        return write_case(made, plan, out, case, talk)
     part = _shard(shard) if shard else (1, 1)
     run = SweepRun(source, made, plan, out, part, engine, workers, scheduler, request.resuming)
-    return run.carry_out(resume=resume, imported=imported, began=began, plots=plots)
+    return run.carry_out(resume=resume, imported=imported, began=began, plots=plots, talk=talk)
 
 
 def _check_together(case: int | None, shard: str | None, resume: bool, engine: str, scheduler: str | None) -> None:

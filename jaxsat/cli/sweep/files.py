@@ -75,8 +75,8 @@ def draw(metrics: list[MetricSummary], plan: SweepPlan, status: np.ndarray) -> b
     return png_bytes(draw_distributions(metrics, title=plan.scenario, subtitle=subtitle))
 
 
-def sweep_summary(content: dict[str, Any], status: np.ndarray) -> RenderableType:
-    """Returns how many cases succeeded, the metrics, and which cases failed in which way."""
+def sweep_summary(content: dict[str, Any], status: np.ndarray, *, whole: bool = False) -> RenderableType:
+    """Returns how many cases succeeded, the metrics, and which cases failed in which way: all of them if `whole`."""
     failed = content["cases"] - content["succeeded"]
     header = Text.assemble(
         (content["scenario"], "bold"),
@@ -85,22 +85,32 @@ def sweep_summary(content: dict[str, Any], status: np.ndarray) -> RenderableType
         ", ",
         (f"{failed} failed", "bold red" if failed else ""),
     )
-    metrics = plain_table("metric", "5 %", "50 %", "95 %", "max", "unit", "without", right=(1, 2, 3, 4, 6))
+    some_without = any(m["missing"] for m in content["metrics"].values())
+    # A column of nothing would fold the names.
+    more = ("without",) if some_without else ()
+    metrics = plain_table("metric", "5 %", "50 %", "95 %", "max", "unit", *more, right=(1, 2, 3, 4, 6))
     for name, m in content["metrics"].items():
         numbers = (_text(m[key]) for key in ("p05", "p50", "p95", "max"))
-        metrics.add_row(name, *numbers, unit_text(m["unit"]), str(m["missing"] or ""))
+        metrics.add_row(name, *numbers, unit_text(m["unit"]), *((str(m["missing"] or ""),) if some_without else ()))
+        if m["missing"] and "all_cases" in m:
+            metrics.add_row(
+                "  of all cases", *(_text(m["all_cases"][key]) for key in ("p05", "p50", "p95")), "none", ""
+            )
     parts: list[RenderableType] = [header, metrics]
     if failed:
         table = plain_table("failed because", "cases", "which", right=(1,))
         for code, (name, count) in enumerate(content["statuses"].items()):
             if code and count:
-                table.add_row(
-                    name.replace("_", " "), str(count), spans_text(np.flatnonzero(status == code).tolist(), SPANS)
-                )
+                which = np.flatnonzero(status == code).tolist()
+                table.add_row(name.replace("_", " "), str(count), spans_text(which, len(which) if whole else SPANS))
         parts.append(table)
     facts = Table.grid(padding=(0, 2))
     if content["options"]:
         facts.add_row(Text("options", style="dim"), ", ".join(f"{k} = {v}" for k, v in content["options"].items()))
+    for name, m in content["metrics"].items():
+        if "over" in m:
+            text = f"{100.0 * m['over']['share']:.4g} % of all cases"
+            facts.add_row(Text(f"{name} over {m['over']['limit']:g}", style="dim"), text)
     seconds = ", ".join(f"{name.replace('_', ' ')} {value:.1f} s" for name, value in content["timing_s"].items())
     facts.add_row(Text("time", style="dim"), seconds)
     if content["cases_run"]:

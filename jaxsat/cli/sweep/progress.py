@@ -8,14 +8,17 @@ from types import TracebackType
 class SweepProgress:
     """Called as `progress(cases, failed)` with what has been added; a context, so that the bar goes before results."""
 
-    def __init__(self, label: str, cases: int):
-        """`cases` is the number of cases to be run."""
+    def __init__(self, label: str, cases: int, *, quiet: bool = False):
+        """`cases` is the number of cases to be run; `quiet` says nothing."""
+        self._quiet = quiet
         self._label, self._cases, self._stream = label, cases, sys.stderr
         self._done = self._failed = self._tenths = 0
         self._begin = time.perf_counter()
         self._bar = self._task = None
 
     def __enter__(self) -> "SweepProgress":
+        if self._quiet:
+            return self
         if self._stream.isatty():
             from rich.console import Console
             from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
@@ -35,7 +38,7 @@ class SweepProgress:
         tenths = 10 * self._done // self._cases
         if self._bar is not None and self._task is not None:
             self._bar.update(self._task, completed=self._done, state=self._state())
-        elif tenths > self._tenths:
+        elif tenths > self._tenths and not self._quiet:
             text = f"{self._label}: {self._done} of {self._cases} cases, {self._state()}, {self._failed} failed"
             print(text, file=self._stream, flush=True)
         self._tenths = tenths

@@ -5,7 +5,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from jaxsat.cli.shared.terminal import show
+from jaxsat.cli.shared.talk import Talk
 from jaxsat.cli.sweep.files import finish, sweep_summary
 from jaxsat.cli.sweep.progress import SweepProgress
 from jaxsat.sweep import (
@@ -37,10 +37,10 @@ class SweepRun:
     scheduler: str | None
     resuming: str
 
-    def carry_out(self, *, resume: bool, imported: float, began: float, plots: bool) -> int:
+    def carry_out(self, *, resume: bool, imported: float, began: float, plots: bool, talk: Talk) -> int:
         """Runs what is missing, and merges where that was the last."""
         if resume and read_plan(self.out) is None:
-            print(f"jaxsat: {self.out} holds no sweep yet: beginning it", file=sys.stderr)
+            talk.note(f"{self.out} holds no sweep yet: beginning it")
         begun = claim(self.out, self.plan, resume=resume, shard=self.shard)
         other = [f"{name} {old}" for name, old in begun.versions.items() if self.plan.versions.get(name) != old]
         if other:
@@ -51,28 +51,27 @@ class SweepRun:
         for path, reason in rejected:
             print(f"jaxsat: warning: {path}: {reason}; it is run again", file=sys.stderr)
         if len(missing) < len(own):
-            print(f"jaxsat: {len(own) - len(missing)} of {len(own)} chunks are there already", file=sys.stderr)
+            talk.note(f"{len(own) - len(missing)} of {len(own)} chunks are there already")
         timing = {"import": imported, "verify": time.perf_counter() - begin}
-        ran, timing_of_run = self._run(missing)
+        ran, timing_of_run = self._run(missing, talk)
         timing = {**timing, **timing_of_run}
 
         absent = count_absent(self.plan, self.out)
         if absent:
-            print(
-                f"{self.plan.scenario}: {absent} of {self.plan.chunks} chunks are still missing: other shards have to"
-            )
-            print(f"run, or one run of all: {self.resuming}")
+            missing_still = f"{self.plan.scenario}: {absent} of {self.plan.chunks} chunks are still missing"
+            talk.note(f"{missing_still}: other shards have to run, or one run of all: {self.resuming}")
             return 0
         content, status = finish(self.scenario, self.plan, self.out, ran=ran, timing=timing, began=began, plots=plots)
-        show(sweep_summary(content, status), f"\nresults in {self.out}")
+        summary = sweep_summary(content, status, whole=talk.verbose)
+        talk.result(summary, f"\nresults in {self.out}", document=self.out / "summary.json")
         return 0
 
-    def _run(self, missing: list[int]) -> tuple[int, dict[str, float]]:
+    def _run(self, missing: list[int], talk: Talk) -> tuple[int, dict[str, float]]:
         """Runs chunks; returns the number of their cases and how long the first one and all of them took [s]."""
         cases = sum(self.plan.rows(number) for number in missing)
         begin, first = time.perf_counter(), []
         try:
-            with SweepProgress(self.plan.scenario, cases) as progress:
+            with SweepProgress(self.plan.scenario, cases, quiet=talk.quiet) as progress:
 
                 def on_done(done: ChunkDone) -> None:
                     if not first:

@@ -1,7 +1,6 @@
 """`jaxsat turn`: a satellite turned by hand about the field or about the Sun line, against one sample's currents."""
 
 import math
-import sys
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -10,10 +9,11 @@ from cyclopts import Parameter
 from jaxsat.bundled import BUNDLED
 from jaxsat.cli.shared.folders import default_folder
 from jaxsat.cli.shared.options import ConfigFile, check_direction
+from jaxsat.cli.shared.talk import USUAL, Talking
 from jaxsat.errors import InputError
 
 SCHEMA = "jaxsat.turn/1"
-FILES = ("turn.csv", "turn.png", "turn.json")
+FILES = ("turn.csv", "turn.png", "space.png", "turn.html", "turn.json")
 
 
 def _finite(_: Any, value: float | None) -> None:
@@ -52,6 +52,7 @@ def turn(
     config: ConfigFile = None,
     out: Annotated[Path, Parameter(help="Directory for the results.")] = default_folder("turn"),
     plots: Annotated[bool, Parameter(help="Draw the picture.")] = True,
+    talk: Talking = USUAL,
 ) -> int:
     """Turn the satellite about the field or the Sun line and compare currents.
 
@@ -60,7 +61,9 @@ def turn(
     it there, as near as it comes, and body z in place of y where y is nearly
     along the axis. Writes turn.csv
     (every degree), turn.json (direction cosines, factors, currents and field in
-    body axes at the angle) and turn.png.
+    body axes at the angle), turn.png (residuals and currents at each angle),
+    space.png: Earth, orbit, Sun, field and the satellite as it is turned, and
+    turn.html: the same to be turned with the mouse, under a slider of the angle.
 
     Exit status: 0 done, 1 bad input, 2 wrong usage.
 
@@ -70,7 +73,7 @@ def turn(
 
     settings = read_settings(config)
     if file is None:
-        print(f"jaxsat: no file given: taking the bundled synthetic session {BUNDLED.name}", file=sys.stderr)
+        talk.note(f"no file given: taking the bundled synthetic session {BUNDLED.name}")
 
     from jaxsat.numerics import set_up_jax
 
@@ -84,7 +87,6 @@ def turn(
     from fitting.local.turn import turned_sample
     from fitting.session import prepare_session
     from jaxsat.cli.local.files import CONVENTION
-    from jaxsat.cli.shared.terminal import show
     from jaxsat.files.json_files import plain, write_json
     from jaxsat.files.staging import staged_directory
     from jaxsat.math import quaternion
@@ -130,20 +132,35 @@ def turn(
         cosines = np.asarray(quaternion.to_dcm(jnp.asarray(here.fit.quaternion)))
         _write_csv(stage / "turn.csv", np.asarray(degrees), scan)
         title = f"Turned about the {'field' if about == 'field' else 'Sun line'} at t = {t:g} s"
+        rms = f"{1e3 * float(here.fit.rms):.3g} mA"
         if plots:
-            from jaxsat.plotting import draw_turn, png_bytes
+            from jaxsat.cli.turn.pictures import draw
+            from jaxsat.cli.turn.space import Turned
 
-            currents = 1e3 * (scan.direct + scan.albedo)
-            picture = draw_turn(
-                np.asarray(degrees),
-                1e3 * scan.fit.rms,
-                currents,
+            # Once round, so that the slider ends where it begins.
+            around = np.append(np.arange(360), 0)
+            modelled = 1e3 * (scan.direct + scan.albedo)
+            turned = Turned(
+                np.arange(361.0),
+                np.asarray(scan.fit.quaternion)[around],
+                1e3 * scan.direct[around],
+                modelled[around],
                 1e3 * samples.currents[k],
-                chosen_deg=chosen,
-                title=title,
-                subtitle=prepared.subtitle,
+                noise,
             )
-            (stage / "turn.png").write_bytes(png_bytes(picture))
+            files = draw(
+                prepared,
+                turned,
+                1e3 * scan.fit.rms,
+                t_s=t,
+                about="field" if about == "field" else "Sun line",
+                chosen_deg=chosen,
+                chosen_q=np.asarray(here.fit.quaternion),
+                title=title,
+                message=f"Residual RMS {rms} with the best factors of direct and returned light.",
+            )
+            for name, content in files.items():
+                (stage / name).write_bytes(content)
         document = {
             "schema": SCHEMA,
             "telemetry": prepared.telemetry,
@@ -166,10 +183,10 @@ def turn(
             "albedo_mA": 1e3 * here.albedo,
         }
         write_json(stage / "turn.json", plain(document)[0])
-    rms = f"{1e3 * float(here.fit.rms):.3g} mA"
-    show(
+    talk.result(
         f"{prepared.label}: {title[0].lower()}{title[1:]} by {chosen:.4g} deg: residual RMS {rms}",
         f"\nresults in {out}",
+        document=out / "turn.json",
     )
     return 0
 

@@ -38,6 +38,8 @@ class Dispersions:
     """Whether every Earth has the mean brightness, not one between the least and the mean."""
     mounting: float = math.radians(MOUNTING_DEG)
     """Of the sensors from the body axis [rad]."""
+    still: bool = False
+    """Whether the Earth's centre stays where it is, as if there were no orbit."""
 
 
 def draw_cases(dispersions: Dispersions, keys: Key[Array, " cases"]) -> Cases:
@@ -79,7 +81,7 @@ def _case(dispersions: Dispersions, key) -> dict[str, Any]:
         angular_velocity=w,
         up=up,
         along=along,
-        orbital_rate=jnp.sqrt(EARTH_MU / radius) / radius,
+        orbital_rate=jnp.zeros_like(radius) if dispersions.still else jnp.sqrt(EARTH_MU / radius) / radius,
         greenwich=2.0 * math.pi * jax.random.uniform(keys[7]),
         scene=scene_at(radius, sun, unit(moon), lit, brightness),
         key=keys[8],

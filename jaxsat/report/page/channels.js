@@ -12,7 +12,7 @@ const EDGE = 0.94;
 export class ChannelCharts {
   constructor(page, clock, places) {
     Object.assign(this, { page, clock, count: 0 });
-    places.rates.querySelector("h2").after(...this.rates());
+    places.rates?.querySelector("h2").after(...this.rates());
     places.angle?.querySelector("h2").after(...fieldAngle(page, clock, (label, strips) => this.chart(label, strips)));
     page.channels.forEach((channel, k) => {
       const head = places.channels[k].querySelector("h2");
@@ -60,6 +60,7 @@ export class ChannelCharts {
 
   // A reading, its residual below, or one of the two.
   figure(channel, reading, residual) {
+    const { page } = this;
     const { name: of, unit, t_s: t, use } = channel;
     const { name, colour } = reading ?? residual;
     // How each sample was used, those that were weighed down told apart.
@@ -74,7 +75,7 @@ export class ChannelCharts {
       now.textContent = [values, off, ["", "", "weighed down", "left out"][marked[i]]].filter(Boolean).join(", ");
     });
     const head = el("h3", {}, el("span", { class: "name" }, name), el("small", {}, reading ? unit : "residual / σ"));
-    const label = `${of} ${name}: ${reading ? "measured and modelled reading" : "residual"} against time`;
+    const label = `${of} ${name}: ${reading ? "measured and modelled reading" : "residual"} against ${page.turn ? "the turn" : "time"}`;
     return coloured(el("figure", { class: "chart" }, head, now, this.chart(label, strips.filter(Boolean))), colour);
   }
 

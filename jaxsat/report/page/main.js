@@ -17,6 +17,7 @@ function start() {
   if (page.samples.t_s.length < 2) return;
 
   const clock = new Clock(page);
+  if (page.turn) clock.axis = `turn about the ${page.turn.about}, deg`;
   const place = (name) => document.querySelector(`[data-live="${name}"]`);
   const live = el("div", { class: "live" });
   place("motion").before(live);
@@ -47,7 +48,7 @@ function start() {
   bindKeys(clock);
 
   const asked = Number(new URLSearchParams(location.hash.slice(1)).get("t") ?? NaN);
-  clock.seek(Number.isFinite(asked) ? asked : clock.begin);
+  clock.seek(Number.isFinite(asked) ? asked : page.turn?.angle_deg ?? clock.begin);
   window.jaxsat = {
     seek: (t) => clock.seek(t),
     play: () => clock.play(),

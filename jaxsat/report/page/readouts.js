@@ -11,7 +11,8 @@ export class Readouts {
     this.motion = motion;
     this.cells = {};
     const list = el("dl", { class: "readouts" });
-    for (const name of ["UTC", "light", "height", "ground point", "field", "x to field", "rate"]) {
+    const names = ["UTC", "light", "height", "ground point", "field", "x to field"];
+    for (const name of page.turn ? names : [...names, "rate"]) {
       this.cells[name] = el("dd");
       list.append(el("div", {}, el("dt", {}, name), this.cells[name]));
     }
@@ -55,7 +56,7 @@ export class Readouts {
       "ground point": `${side(at.latitude, "N", "S")}, ${side(at.longitude, "E", "W")}`,
       field: fixed(motion.field(t).length(), 2, "µT"),
       "x to field": `${fixed(motion.fieldAngle(t), 1)}°${sigma == null ? "" : `, 1σ ${fixed(sigma, 2)}°`}`,
-      rate: `${fixed(motion.rate(t), 3)} deg/s`,
+      ...(page.turn ? {} : { rate: `${fixed(motion.rate(t), 3)} deg/s` }),
     };
     for (const [name, text] of Object.entries(texts)) this.cells[name].textContent = text;
     this.caption.textContent = this.title(sample);

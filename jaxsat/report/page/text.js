@@ -17,11 +17,13 @@ export function short(value, count = 4) {
   return fixed(value, Math.max(0, count - 1 - power));
 }
 
+// Of a turn at one instant `t` is its angle.
 export function utc(page, t) {
-  return new Date(page.epochMs + 1000 * t).toISOString();
+  return new Date(page.epochMs + 1000 * (page.turn?.t_s ?? t)).toISOString();
 }
 
 export function clockText(page, t) {
+  if (page.turn) return `turned ${fixed(t, 0)}°, ${utc(page, t).slice(11, 19)} UTC`;
   const since = `t = ${fixed(t, 0)} s`;
   return Number.isFinite(page.epochMs) ? `${since}, ${utc(page, t).slice(11, 19)} UTC` : since;
 }

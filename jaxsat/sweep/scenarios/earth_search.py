@@ -23,16 +23,18 @@ NAME = "earth-search"
 Size = Literal["large", "small"]
 Strategy = Literal["published", "fast", "guarded"]
 STATUSES = ("succeeded", "never tracked", "lost again", "false capture", "diverged", "only just captured")
+LIMIT_S = 1200.0
+"""Melnikov et al. 2022: the search never takes longer."""
 METRICS = {
-    "search_time_s": Metric("s", "until tracking began for good; none in a case that does not track at the end"),
-    "first_capture_s": Metric("s", "until all four sensors signalled for the first time"),
+    "search_time_s": Metric(
+        "s", "until tracking began for good; none in a case that does not track at the end", endless=True, limit=LIMIT_S
+    ),
+    "first_capture_s": Metric("s", "until all four sensors signalled for the first time", endless=True, limit=LIMIT_S),
     "first_signal_s": Metric("s", "until any sensor signalled"),
     "captures": Metric("1", "how often tracking began"),
     "final_error_deg": Metric("deg", "angle between body z and the nadir at the end"),
     "final_rate_deg_s": Metric("deg/s", "angular rate at the end, of the orbit's own turn too"),
 }
-LIMIT_S = 1200.0
-"""Melnikov et al. 2022: the search never takes longer."""
 ASSUMPTIONS = (
     "presence inside the disk, which the paper leaves open: by the brightness met there (inside=)",
     "presence goes by the size of the first harmonic, whatever its phase",
@@ -68,6 +70,7 @@ OPTIONS = (
     Option("approach_rate_deg_s", "0", "0: that of the spacecraft and the strategy"),
     Option("time_s", "0", "simulated time; 0: 3600 of a large spacecraft, 900 of a small one"),
     Option("period_s", "0", "control period; 0: 4 of a large spacecraft, 0.5 of a small one"),
+    Option("earth", "moving", "moving: its centre goes round once an orbit; still: it stays where it is"),
 )
 CHUNK = 1000
 HELD_PERIODS = 30
@@ -113,6 +116,7 @@ def _program(options: tuple[tuple[str, str], ...]):
         failure=choice("failure", Failure),
         even=even,
         mounting=mounting,
+        still=choice("earth", Literal["moving", "still"]) == "still",
     )
     law = search_law(size, strategy)
     search = math.radians(number("search_rate_deg_s", low=0.0, high=5.0)) or float(law.search_rate)

@@ -16,7 +16,9 @@ NAME = "emergency-mode"
 STATUSES = ("succeeded", "not settled", "diverged")
 METRICS = {
     "first_error_deg": Metric("deg", "at the start"),
-    "settling_time_s": Metric("s", "until the error stays below the limit; none in a case that did not settle"),
+    "settling_time_s": Metric(
+        "s", "until the error stays below the limit; none in a case that did not settle", endless=True
+    ),
     "largest_error_deg": Metric("deg", "of the whole run"),
     "last_error_deg": Metric("deg", "largest of the last half orbit"),
     "final_error_deg": Metric("deg", "at the end"),

@@ -16,7 +16,9 @@ from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, cas
 NAME = "sun-pointing"
 STATUSES = ("succeeded", "not settled", "let go of the Sun", "diverged")
 METRICS = {
-    "settling_time_s": Metric("s", "until the Sun had been held for the hold time; none in a case that never did"),
+    "settling_time_s": Metric(
+        "s", "until the Sun had been held for the hold time; none in a case that never did", endless=True
+    ),
     "damping_time_s": Metric("s", "spent damping the initial rate"),
     "search_time_s": Metric("s", "spent in search rotations"),
     "slew_time_s": Metric("s", "spent turning to the Sun"),

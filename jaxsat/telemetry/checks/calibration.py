@@ -11,7 +11,7 @@ from jaxsat.sensors.mounting import vectors_of
 from jaxsat.significant import unit_text, value_and_sigma
 from jaxsat.telemetry.checks.around import Around
 from jaxsat.telemetry.checks.finding import Finding, finding
-from jaxsat.telemetry.checks.sizes import as_the_file_has_it, whole_rows
+from jaxsat.telemetry.checks.sizes import whole_rows
 from jaxsat.telemetry.table.session import Channel
 
 _MOST, _FEWEST = 2000, 20
@@ -41,7 +41,7 @@ def check_calibration(satellite: Satellite, channel: Channel, around: Around) ->
         text = "|B| alone does not tell its bias: too few directions, another unit, or more than the field"
         return [finding(channel.name, text)]
     bias, scale, used = np.asarray(sensor.bias, float), np.asarray(sensor.scale, float), found.used
-    size = np.linalg.norm(as_the_file_has_it(sensor, read[used]), axis=1)
+    size = np.linalg.norm(sensor.field_of(read[used]), axis=1)
     before, after = (float(np.sqrt(np.mean(off**2))) for off in (size - modulus[used], found.residual[used]))
     leaves = {leaf.name: leaf for leaf in satellite.leaves}
     first = leaves[f"{channel.name}.bias.x"]

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from jaxsat.files.units import parsed_unit
+from jaxsat.files.units import FIELD_UNITS, parsed_unit
 from jaxsat.sensors import Gyroscope, Magnetometer, Panels, Photodiodes, StarTracker, SunVector
 from jaxsat.sensors.abstract import AbstractSensor
 from jaxsat.sensors.mounting import vectors_of
@@ -13,7 +13,6 @@ from jaxsat.telemetry.checks.around import Around
 from jaxsat.telemetry.checks.finding import Finding, finding, times_text
 from jaxsat.telemetry.table.session import Channel
 
-_FIELD_UNITS = ("nT", "uT", "mT", "T", "mG", "G")
 _FASTEST_RAD_S = math.radians(120.0)
 _SHIFTS_S = np.arange(-600.0, 601.0, 10.0)
 _LEAST_SPAN_S = 900.0
@@ -59,19 +58,12 @@ def _unit_length(channel: Channel, values: np.ndarray) -> list[Finding]:
     return found
 
 
-def as_the_file_has_it(sensor: Magnetometer, read: np.ndarray) -> np.ndarray:
-    """[n 3] the field in the sensor's axes by its nominal bias, scale and shear, from vectors that it reads there."""
-    yz, xz, xy = np.asarray(sensor.shear, float)
-    matrix = np.diag(np.asarray(sensor.scale, float)) + np.array([[0.0, xy, xz], [xy, 0.0, yz], [xz, yz, 0.0]])
-    return (read - np.asarray(sensor.bias, float)) @ np.linalg.inv(matrix)
-
-
 def _field(sensor: Magnetometer, channel: Channel, around: Around) -> list[Finding]:
     t, values = whole_rows(channel)
     read = vectors_of(values, sensor.axes)
     if read is None or len(read) < 3:
         return []
-    vectors = as_the_file_has_it(sensor, read)
+    vectors = sensor.field_of(read)
     size, model = np.linalg.norm(vectors, axis=1), np.linalg.norm(around.field_at(t), axis=1)
     ratio = size / model
     middle = float(np.median(ratio))
@@ -80,7 +72,7 @@ def _field(sensor: Magnetometer, channel: Channel, around: Around) -> list[Findi
     numbers = {"ratio_to_igrf": middle, "spread_of_ratio": spread}
     if not 0.7 < middle < 1.4:
         written = parsed_unit(channel.unit)
-        fits = [unit for unit in _FIELD_UNITS if 0.7 < middle * parsed_unit(unit).factor / written.factor < 1.4]
+        fits = [unit for unit in FIELD_UNITS if 0.7 < middle * parsed_unit(unit).factor / written.factor < 1.4]
         hint = f"; as {fits[0]} it would fit" if fits else ""
         return [finding(channel.name, f"{shown}: is the unit {channel.unit!r} right?{hint}", odd=True, numbers=numbers)]
     found = [finding(channel.name, shown, odd=spread > 0.15, numbers=numbers)]

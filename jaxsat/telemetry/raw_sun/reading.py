@@ -88,6 +88,9 @@ def read_raw_sun(path: str | Path) -> RawSunFile:
         reason = f"file ends after {len(lines)} line(s); expected a satellite name and two element lines"
         raise InputError(reason, file=path, row=len(lines))
     tle = (lines[1].rstrip(" "), lines[2].rstrip(" "))
+    if not (tle[0].startswith("1 ") or tle[1].startswith("2 ")):
+        reason = "no RAW_SUN file, which has an element set in its lines 2 and 3; of any other telemetry `jaxsat init` "
+        raise InputError(reason + "drafts the satellite file that `fit` and `check` take", file=path, row=2)
     check_tle_lines(tle, file=path, first_row=2)
     rows = [(number, line) for number, line in enumerate(lines, 1) if number > _HEADER_ROWS and line.strip(" \t")]
     if not rows:

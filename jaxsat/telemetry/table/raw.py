@@ -4,7 +4,7 @@ import csv
 import difflib
 import hashlib
 import io
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,10 +29,10 @@ class RawTable:
     """[rows] line in the file from 1, with the header; of a Parquet file the row's number from 1."""
     columns: dict[str, Cells]
 
-    def column(self, name: str) -> Cells:
-        """A column by its name; `InputError` with what is like it where there is none."""
+    def column(self, name: str, named: Collection[str] = ()) -> Cells:
+        """A column by its name; `InputError` with what is like it, and not `named` itself, where there is none."""
         if name not in self.columns:
-            close = difflib.get_close_matches(name, self.columns, n=1)
+            close = difflib.get_close_matches(name, [each for each in self.columns if each not in named], n=1)
             known = ", ".join(list(self.columns)[:12]) + (", ..." if len(self.columns) > 12 else "")
             hint = f"did you mean {close[0]!r}?" if close else f"there are {known}"
             raise InputError(f"no such column; {hint}", file=self.path, field=name)

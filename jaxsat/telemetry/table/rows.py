@@ -52,13 +52,14 @@ def named_columns(satellite: Satellite, conditions: Sequence[Condition]) -> dict
 
 def joined(files: tuple[RawTable, ...], satellite: Satellite, conditions: Sequence[Condition]) -> Rows:
     """Returns the rows of all files; `InputError` where a column that is needed stands in none of them."""
-    for name in named_columns(satellite, conditions):
+    named = named_columns(satellite, conditions)
+    for name in named:
         if name != satellite.time.column and not any(name in file.columns for file in files):
-            # The error of the first file, which tells what is like it.
-            files[0].column(name)
+            # The error of the first file, which tells what is like it and has no use yet.
+            files[0].column(name, named)
     stamps = [instants(file, satellite.time) for file in files]
     columns, texts = {}, {}
-    for name, numeric in named_columns(satellite, conditions).items():
+    for name, numeric in named.items():
         if numeric:
             columns[name] = np.concatenate([_numbers(file, name, satellite) for file in files])
         elif name != satellite.time.column:

@@ -122,6 +122,15 @@ def test_tables_say_the_same_as_fit_json(fitted, document):
     assert [row["lit"] == "1" for row in rows] == lit
 
 
+def test_a_guess_takes_the_place_of_the_search(fitted, document, tmp_path):
+    path, out = fitted
+    assert run(["fit", str(path), *FIT, "--guess", str(out), "--no-plots", "--out", str(tmp_path / "out")]) == 0
+    found = json.loads((tmp_path / "out/fit.json").read_text())
+    assert found["chi2"] == pytest.approx(document["chi2"], rel=1e-6)
+    assert any("nothing else was searched" in line for line in found["verdict"])
+    assert run(["fit", str(path), str(path), "--guess", str(out)]) == 2
+
+
 def test_many_files_with_one_bad(fitted, tmp_path, capsys):
     bad = tmp_path / "bad.RAW_SUN"
     bad.write_text("MUNIN\n")

@@ -84,7 +84,9 @@ def test_turn_about_the_field_from_the_published_position():
     np.testing.assert_allclose(field[:, 1:], 0.0, atol=1e-9)
     # Noise of 2 mA.
     np.testing.assert_allclose(document["measured_mA"], TRUTH["currents_clean"][7], atol=8.0)
-    assert Path("out/turn.png").read_bytes().startswith(b"\x89PNG")
+    for name in ("turn.png", "space.png"):
+        assert Path("out", name).read_bytes().startswith(b"\x89PNG")
+    assert '"turn":' in Path("out/turn.html").read_text("utf-8")
 
 
 @pytest.mark.slow

@@ -242,6 +242,13 @@ def drawn():
     return quick(functools.partial(draw_cases, Dispersions(size="small")))(case_keys(3, np.arange(24)))
 
 
+def test_an_earth_that_stands_still_is_drawn_as_any_other():
+    still = quick(functools.partial(draw_cases, Dispersions(size="small", still=True)))(case_keys(3, np.arange(24)))
+    assert not np.asarray(still.orbital_rate).any() and np.asarray(drawn().orbital_rate).all()
+    for name in ("quaternion", "up", "greenwich"):
+        np.testing.assert_array_equal(getattr(still, name), getattr(drawn(), name))
+
+
 def draw_many():
     """The same over an even one."""
     cases = drawn()

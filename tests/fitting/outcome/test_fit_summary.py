@@ -90,6 +90,19 @@ def test_the_same_motion_twice_is_one(minimum):
     assert result.status == "converged" and result.alternatives == ()
 
 
+def test_other_axes_of_the_same_motion_are_told_within_chance_alone(minimum):
+    axes = Convention({"mag": np.eye(3)}, 0.0), Convention({"mag": np.eye(3)[[1, 2, 0]]}, 0.0)
+
+    def found(above):
+        refined = dataclasses.replace(minimum.refined, score=minimum.refined.score + above)
+        both = Minimum(axes[0], minimum.problem, minimum.refined), Minimum(axes[1], minimum.problem, refined)
+        return summarize(Identified(both, minimum.samples, minimum.parameters, len(minimum.samples.t), 6.0, {}))
+
+    near, far = found(1.0), found(40.0)
+    assert near.status == "ambiguous" and "2 conventions of axes" in near.message and len(near.alternatives) == 1
+    assert far.status == "converged" and far.alternatives == ()
+
+
 def test_failures_are_not_converged(minimum):
     # A slope of one sigma in each direction: half a unit of cost for each, whatever the solver's damping says.
     slope = np.sqrt(np.diagonal(minimum.refined.points.hessian, axis1=1, axis2=2))

@@ -1,4 +1,4 @@
-"""What the terminal says of a fit of any satellite: the verdict first, in a hundred columns."""
+"""What the terminal says of a fit of any satellite: the verdict last, in a hundred columns."""
 
 import io
 from dataclasses import replace
@@ -10,26 +10,27 @@ from fitting.outcome.result import AMBIGUOUS_VERDICT, FITS_ONLY, WRONG_MODEL, Ca
 from jaxsat.cli.fit.text import fit_text
 
 
-def shown(result, *, colours=False) -> str:
+def shown(result, *, colours=False, whole=False) -> str:
     stream = io.StringIO()
     # Colours are asked for in so many words: NO_COLOR of whoever runs the tests would else take them away.
     Console(file=stream, width=100, force_terminal=colours, no_color=not colours).print(
-        fit_text(result, "pass", make_session().rejections)
+        fit_text(result, "pass", make_session().rejections, whole=whole)
     )
     return stream.getvalue()
 
 
-def test_the_verdict_comes_first_and_nothing_is_wider_than_the_terminal():
+def test_the_verdict_comes_last_below_the_parameters_and_nothing_is_wider_than_the_terminal():
     lines = shown(make_fit_result()).splitlines()
-    assert lines[0].startswith("pass: Predicts. One motion explains the data")
+    assert lines[-1].startswith("pass: Predicts. One motion explains the data")
     assert max(map(len, lines)) <= 100
     (mag,) = [line.split() for line in lines if line.strip().startswith("mag ")]
     assert mag == ["mag", "78/120", "nT", "306", "300", "480", "450", "1.07", "0.90°"]
-    first, second = [line for line in lines if line.strip().startswith("magnet.x")]
+    second, first = [line for line in lines if line.strip().startswith("magnet.x")]
     assert first.split() == ["magnet.x", "0.3049", "±", "0.0012", "A", "m²", "54321"]
     assert second.split() == ["magnet.x", "mag.bias.x", "-0.950"]
     text = "\n".join(lines)
-    assert "fixed: inertia.xx" in text and "2 cells or rows: out of range" in text
+    assert text.index("fixed: inertia.xx") < text.index("parameter  ") < text.index("pass: Predicts")
+    assert "2 cells or rows: out of range" in text
     assert "- 2 of 80 samples of mag left out" in text and "mag +y, -z, -x" in text
 
 

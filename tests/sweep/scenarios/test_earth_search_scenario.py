@@ -21,6 +21,7 @@ from jaxsat.sweep.scenarios.earth_search import make
         ({"strateg": "fast"}, "strateg"),
         ({"inside": "maybe"}, "inside"),
         ({"period_s": "nan"}, "period_s"),
+        ({"earth": "flat"}, "earth"),
     ],
 )
 def test_wrong_options_are_named(given, field):

@@ -1,0 +1,37 @@
+"""A dipole against that of the satellite file, of which the direction alone is fitted.
+
+There the components move and their size is held: on the way to the opposite they pass through none at all, where no
+step knows its direction. So the fit is made once more about the opposite dipole.
+"""
+
+from dataclasses import replace
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.parameters.free import FreeParameters
+from jaxsat.satellites.model import MAGNET_PLACE
+
+OPPOSED = "the dipole points against that of the satellite file: look at its sign there"
+"""What is told of it."""
+
+
+def is_opposed(parameters: FreeParameters, x_model: np.ndarray) -> bool:
+    """Whether the dipole of unknowns after the state, its size held, points away from the nominal one."""
+    if "magnet" not in parameters.gauged:
+        return False
+    index, nominal = _components(parameters), np.asarray(parameters.tree.nominal)
+    return bool(np.asarray(parameters.tree.values(jnp.asarray(x_model)))[index] @ nominal[index] < 0.0)
+
+
+def turned_round(parameters: FreeParameters) -> FreeParameters:
+    """The same about the opposite dipole."""
+    nominal = np.array(parameters.tree.nominal)
+    nominal[_components(parameters)] *= -1.0
+    return replace(parameters, tree=eqx.tree_at(lambda tree: tree.nominal, parameters.tree, nominal))
+
+
+def _components(parameters: FreeParameters) -> list[int]:
+    """Numbers of the leaves of the dipole's vector."""
+    return [k for k, leaf in enumerate(parameters.leaves) if leaf.place == MAGNET_PLACE]

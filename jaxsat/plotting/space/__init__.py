@@ -1,0 +1,1 @@
+"""Pictures of Earth, orbit and satellite in space."""
