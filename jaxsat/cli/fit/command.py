@@ -113,7 +113,7 @@ def fit(
     plots: Annotated[bool, Parameter(help="Draw pictures.")] = True,
     causes: Annotated[
         bool,
-        Parameter(help="Where the data deny the fit, try the usual causes by short refits (half a minute, or some)."),
+        Parameter(help="Where the data deny the fit, try the usual causes by short refits (half a minute or more)."),
     ] = True,
     as_if: Annotated[
         list[str] | None,
