@@ -63,9 +63,9 @@ def fit(
     `profiles` names free parameters whose cost is walked along; from a `guess` (`fitting.read_guess`, or one's own) the
     fit goes on without a search, and says so; with `sky_ahead` what a report shows of the
     surroundings is computed beside the fit; with `causes` the usual ones are tried where the data deny
-    it or chi2 is doubtful (half a minute), and what explains a doubt denies it too; `as_if` are changes of the data as
-    a cause offers them, such as `swapped:+X,-X` (see `jaxsat.telemetry.table.as_if`). A fit that does not converge is a
-    result with that status. Raises `InputError` for what cannot be fitted and for such names that are not free,
+    it or chi2 is doubtful (half a minute or more), and what explains a doubt denies it too; `as_if` are changes of the
+    data as a cause offers them, such as `swapped:+X,-X` (see `jaxsat.telemetry.table.as_if`). A fit that does not
+    converge is a result with that status. Raises `InputError` for what cannot be fitted and for names not free,
     ValueError (pydantic's) for a setting or a change that cannot be, and where JAX works in single precision.
     """
     if not jax.config.read("jax_enable_x64"):

@@ -241,7 +241,7 @@ def coil(cfg, draw):
     moment = 0.1 * direction / np.linalg.norm(direction)
     cfg["parts"] |= {"coils": [{"axis": moment.tolist(), "area_turns_m2": 0.1}]}
     cfg["parts"]["commands"] = {"t": [at], "current": [[1.0]]}
-    return r"^motion: the motion changes|^torque: .*(coil|magnet)"
+    return r"^motion: the motion changes|^parts: the torque is not that of the model"
 
 
 def no_albedo(cfg, draw):
@@ -312,7 +312,8 @@ FAULTS: dict[str, Fault] = {
     "clock rate": Fault("munin", table=running_away),
     "positions Earth-fixed": Fault("munin", table=earth_fixed),
     "zone": Fault("munin", table=zone),
-    "year": Fault("munin", table=year),
+    # A few years change field and Sun by less than a fit sees, and the age of the element set is a remark.
+    "year": Fault("munin", table=year, absorbed=True),
     "magnet reversed": Fault("munin", truth=other_pole, absorbed=True),
     "magnet's axis": Fault("munin", truth=other_axis, absorbed=True),
     "hysteresis": Fault("munin", truth=hysteresis),

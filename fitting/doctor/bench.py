@@ -16,7 +16,7 @@ from fitting.doctor.trial import EXPLAINED
 from fitting.identify import Identified
 from fitting.measurements.assembly import Samples, build_problem, usable
 from fitting.measurements.floor import NO_FLOOR
-from fitting.measurements.groups import columns_of
+from fitting.measurements.groups import columns_of, over_columns
 from fitting.measurements.problem import Problem
 from fitting.measurements.sky import Around
 from fitting.outcome.looking import look
@@ -190,6 +190,9 @@ class Bench:
         residual, jacobian = self.look(self.problem, self.parameters, self.starts.x[0], self.starts.reference[0])
         free = self.parameters.everything
         weight = self.weight(self.problem) + self._asked(self.problem)
+        # What is left out counts the same wherever it lies.
+        left_out = np.asarray(self.found.minima[0].refined.limited[0])
+        weight = np.where(over_columns(left_out, self.problem.groups), 0.0, weight)
         has_prior = (np.arange(len(free)) >= len(STATE))[free]
         x = np.where(has_prior, self.starts.x[0][free], 0.0)
         return Score(residual, jacobian[..., free], weight, np.asarray(self.problem.floor), x, has_prior)

@@ -105,6 +105,8 @@ def _tried(bench: Bench, kinds: list[Kind], enough: float, progress: Progress) -
         trials += _of(kind)
         if any(trial.chi2 < enough for trial in trials):
             break
+        if trials and min(trials, key=lambda trial: trial.chi2 + trial.price(bench.readings)).settles:
+            break
     progress("looking for causes", count, count)
     return ranked(trials, bench.chi2, bench.readings)
 

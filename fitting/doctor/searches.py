@@ -18,6 +18,8 @@ from fitting.starts.multi_start import CHUNK, Starts
 from fitting.starts.sights import sights_of
 from jaxsat.errors import InputError
 
+LITTLE, MOST_CUTS = 4.0, 4
+"""Sigmas by which residuals may change for their slopes to be those of a tangent; and how often a step is cut."""
 PROMISE = 0.15
 """Share of what is unexplained that a look must promise for a refit."""
 
@@ -82,27 +84,46 @@ def first(starts: Starts) -> Starts:
 
 
 def along(
-    bench: Bench, change: Callable[[float], Problem], unit: float, limits: tuple[float, float]
+    bench: Bench,
+    change: Callable[[float], Problem],
+    unit: float,
+    limits: tuple[float, float],
+    anyway: Sequence[float] = (),
 ) -> tuple[float, float] | None:
     """The number by which problems are changed that has the lowest chi2, and that; None where it promises nothing.
 
     It is guessed by what a `unit` of it, either way, does to the residuals; then it is refitted for, and others near.
+    Those that are tried `anyway` are for what carries a minimum to another one, where nothing explains the data.
     """
     size, fall = 0.0, 0.0
-    for step in (unit, -unit):
-        column = changed_residual(bench, change(step)) - bench.score.residual
+    for sign in (1.0, -1.0):
+        step, column = _small_step(bench, change, sign * unit)
         sizes, saved = bench.score.fall(column[..., None], with_prior=False)
         # A column of one way tells of that way alone: lit and dark, bounds and floors are kinks.
         if saved > fall and sizes[0] > 0.0:
             size, fall = float(np.clip(step * sizes[0], *limits)), saved
+    tried = [size, float(np.clip(1.6 * size, *limits))]
     if size == 0.0 or fall < max(WORTH, PROMISE * bench.unexplained):
-        return None
+        if bench.chi2 < bench.enough or not anyway:
+            return None
+        tried = list(anyway)
 
     def chi2(number: float) -> float:
         problem = change(number)
         return bench.best_of(problem, bench.refitted(problem))[0]
 
-    return lowest(chi2, [size, float(np.clip(1.6 * size, *limits))], bench.chi2)
+    return lowest(chi2, tried, bench.chi2)
+
+
+def _small_step(bench: Bench, change: Callable[[float], Problem], step: float) -> tuple[float, np.ndarray]:
+    """A step, cut until residuals change by little, and by how much they do: small causes turn a long motion far."""
+    for _ in range(MOST_CUTS):
+        column = changed_residual(bench, change(step)) - bench.score.residual
+        largest = float(np.quantile(np.abs(column), 0.98))
+        if largest < LITTLE:
+            break
+        step *= 0.5 * LITTLE / largest
+    return step, column
 
 
 def changed_residual(bench: Bench, problem: Problem) -> np.ndarray:

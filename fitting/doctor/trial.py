@@ -27,6 +27,8 @@ class Trial:
     """Numbers that were found with it."""
     option: str = ""
     """How a fit is told so."""
+    settles: bool = False
+    """Whether it leaves nothing to be explained, whatever its chi2: noise of another size."""
 
     def price(self, readings: int) -> float:
         """What chi2 has to fall by for the numbers that are added (Schwarz 1978)."""
@@ -50,7 +52,7 @@ def ranked(trials: list[Trial], chi2_before: float, readings: int) -> tuple[Caus
             chi2_before,
             each.chi2,
             each.added,
-            bool(each.chi2 < EXPLAINED * readings),
+            bool(each.settles or each.chi2 < EXPLAINED * readings),
             each.option,
         )
         for each in worthy

@@ -57,7 +57,7 @@ def changes(bench: Bench) -> Iterator[Trial]:
     added = 7 + int((bench.parameters.columns >= 0).sum())
     if _agree(bench, *found) < OTHER_P:
         yield Trial(
-            "torque",
+            "parts",
             f"the torque is not that of the model: the parts before and after {at_s:.0f} s want different satellites",
             "hysteresis, eddy currents, a constant torque, coils or air that the satellite file leaves out: give it "
             "such a part",

@@ -2,20 +2,24 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
 
 from fitting.doctor.bench import Bench
-from fitting.doctor.retold import Retold, retold
 from fitting.doctor.searches import changed_residual, first, searched
 from fitting.doctor.trial import Trial
-from jaxsat.errors import InputError
-from jaxsat.time import SECONDS_PER_DAY, Epoch
+from fitting.measurements.assembly import Samples
+from fitting.measurements.sky import Around
+from jaxsat.environment import igrf_field
+from jaxsat.time import SECONDS_PER_DAY, Epoch, greenwich_angle
 
 YEAR_DAYS = 365.25
 OLD_DAYS = 200.0
 """Age of the table's own element set from which another year is tried."""
 HOURS = tuple(hours for hours in range(-12, 15) if hours)
 """By which a clock is tried to be ahead of UTC."""
-STARTS = 16
+STARTS = 8
 TRIED = 3
 """Of them that are fitted, those that promise most."""
 
@@ -40,7 +44,7 @@ def other_year(bench: Bench) -> Iterator[Trial]:
         "date",
         f"the date is {off}: {meant.iso(0)} is {_near(meant, elements_epoch)}",
         "field, Sun and Greenwich are those of another date: correct it",
-        _chi2(bench, meant),
+        _chi2(bench, _dated(bench, meant)),
         1,
         f"--as dated:{meant.iso(3)}",
     )
@@ -50,16 +54,14 @@ def other_zone(bench: Bench) -> Iterator[Trial]:
     """Hours by which the clock is ahead of UTC, where positions stand in the table: the field turns with the Earth."""
     if bench.session.positions is None:
         return
-    told = {hours: retold(bench, f"dated:{_behind(bench, hours).iso(6)}") for hours in HOURS}
+    told = {hours: _dated(bench, _behind(bench, hours)) for hours in HOURS}
     if bench.hopeless:
         known = _raced(bench, told)
     else:
         hunches = {
-            hours: bench.score.moved_to(changed_residual(bench, bench.rebuilt(each.samples, each.around)))
-            for hours, each in told.items()
+            hours: bench.score.moved_to(changed_residual(bench, bench.rebuilt(*each))) for hours, each in told.items()
         }
-        ranked = sorted(hunches, key=lambda hours: hunches[hours])
-        known = {hours: _chi2(bench, _behind(bench, hours)) for hours in ranked[:TRIED]}
+        known = {hours: _chi2(bench, told[hours]) for hours in sorted(hunches, key=lambda h: hunches[h])[:TRIED]}
     if not known:
         return
     best = min(known, key=lambda hours: known[hours])
@@ -78,23 +80,26 @@ def _behind(bench: Bench, hours: int) -> Epoch:
     return bench.samples.epoch.shifted(-3600.0 * hours)
 
 
-def _raced(bench: Bench, told: dict[int, Retold]) -> dict[int, float]:
+def _dated(bench: Bench, epoch: Epoch) -> tuple[Samples, Around]:
+    """Samples and surroundings with another instant for t = 0; positions in inertial axes stay where they are."""
+    greenwich = np.asarray(greenwich_angle(epoch))
+    around = replace(bench.around, field=igrf_field(epoch.decimal_year()), greenwich_angle=greenwich)
+    return replace(bench.samples, epoch=epoch), around
+
+
+def _raced(bench: Bench, told: dict[int, tuple[Samples, Around]]) -> dict[int, float]:
     """Chi2 of the hours that a search under all of them leaves."""
-    problems = [(bench.rebuilt(each.samples, each.around, coarse=True), each.samples) for each in told.values()]
+    problems = [(bench.rebuilt(*each, coarse=True), each[0]) for each in told.values()]
     found = {}
     for run in searched(bench, problems, STARTS)[:TRIED]:
         hours = list(told)[int(run.convention.mismatch)]
-        fine = bench.rebuilt(told[hours].samples, told[hours].around)
+        fine = bench.rebuilt(*told[hours])
         found[hours] = bench.best_of(fine, bench.refitted(fine, first(run.starts)))[0]
     return found
 
 
-def _chi2(bench: Bench, meant: Epoch) -> float:
-    try:
-        told = retold(bench, f"dated:{meant.iso(6)}")
-    except InputError:
-        return math.inf
-    problem = bench.rebuilt(told.samples, told.around)
+def _chi2(bench: Bench, told: tuple[Samples, Around]) -> float:
+    problem = bench.rebuilt(*told)
     return bench.best_of(problem, bench.refitted(problem))[0]
 
 

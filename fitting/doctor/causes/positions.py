@@ -14,8 +14,9 @@ from fitting.measurements.problem import Problem
 from fitting.outcome.verdict import ORBIT_ODD_KM
 from jaxsat.environment import KeplerOrbit
 
+LATE_S = (-20.0, -10.0, 10.0, 20.0)
 MOST_LATE_S = 300.0
-"""By which positions are tried to belong to other instants."""
+"""By which positions are tried to belong to other instants, and the most."""
 STARTS = 32
 
 
@@ -30,7 +31,7 @@ def late_positions(bench: Bench) -> Iterator[Trial]:
         moved = eqx.tree_at(lambda o: o.mean_anomaly, orbit, orbit.mean_anomaly - orbit.mean_motion * late_s)
         return bench.rebuilt(bench.samples, replace(bench.around, orbit=moved))
 
-    found = along(bench, changed, 2.0, (-MOST_LATE_S, MOST_LATE_S))
+    found = along(bench, changed, 2.0, (-MOST_LATE_S, MOST_LATE_S), LATE_S)
     if found is None:
         return
     late_s, least = found

@@ -17,6 +17,8 @@ OFFSET = 0.3
 """Of a bright reading, the largest constant that is tried."""
 WHITE_P = 1e-3
 """Probability of the memory of residuals below which they are no noise."""
+CLEAR = 2.25
+"""Chi2 per reading beyond which noise of another size is all that is wrong: below it small faults pass for noise."""
 LARGEST = 5.0
 """Times the stated noise."""
 
@@ -92,4 +94,5 @@ def other_noise(bench: Bench, result: FitResult) -> Iterator[Trial]:
             bench.readings * (1.0 + float(np.log(ratio))) + bench.of_witnesses,
             1,
             f"--as noise:{name}:{channel.sigma * np.sqrt(ratio):.3g}",
+            settles=bool(ratio > CLEAR),
         )

@@ -16,8 +16,9 @@ ODD, ODD_S = 0.02, 1.5
 MOST_JUMPS = 3
 """Odd intervals beyond which the stamps are not regular."""
 STARTS = 32
+FAST = (-0.01, -0.004, 0.004, 0.01)
 MOST_FAST = 0.05
-"""Largest share by which a clock is tried to run fast."""
+"""Shares by which a clock is tried to run fast, and the largest."""
 MOST_LATE_S = 30.0
 """By which the stamps of one channel are tried to be late."""
 
@@ -56,7 +57,7 @@ def running_clock(bench: Bench) -> Iterator[Trial]:
     def changed(share: float) -> Problem:
         return bench.rebuilt(replace(bench.samples, t=t / (1.0 + share)))
 
-    found = along(bench, changed, 5e-4, (-MOST_FAST, MOST_FAST))
+    found = along(bench, changed, 5e-4, (-MOST_FAST, MOST_FAST), FAST)
     if found is None:
         return
     share, least = found

@@ -30,6 +30,8 @@ COERCIVE_FIELD, REMANENCE, SATURATION = 8.0, 0.02, 0.04
 MU_0 = 4e-7 * np.pi
 WIDE = 5.0
 """Prior sigma over what would stop the satellite's spin within the session."""
+ALIKE = 1.25
+"""Of the chi2 of the best kind, up to which another one is named beside it."""
 KINDS = {
     "constant": ("a constant torque", "a leak, or a coil that is driven in step: [residual] in the satellite file"),
     "eddy": ("eddy currents", "currents in the shell damp the motion: [eddy] in the satellite file"),
@@ -74,11 +76,15 @@ def missing_torques(bench: Bench) -> Iterator[Trial]:
     # By the price of their numbers: rods of three axes imitate currents in the shell.
     price = float(np.log(max(bench.readings, 2)))
     ranks = sorted(found, key=lambda key: found[key] + price * len(names[key]))
-    for key in ranks[:1]:
-        others = "; ".join(f"{KINDS[other][0]}: chi2 {found[other]:.0f}" for other in ranks[1:])
-        word, meaning = KINDS[key]
-        cause = f"a torque is missing, {word} fits best"
-        yield Trial("torque", cause, f"{meaning} ({others})", found[key], len(names[key]))
+    if not ranks:
+        return
+    best = ranks[0]
+    # What fits as well cannot be told apart by these data.
+    alike = [key for key in ranks if found[key] < ALIKE * found[best]]
+    words = " or ".join(KINDS[key][0] for key in alike)
+    others = "; ".join(f"{KINDS[key][0]}: chi2 {found[key]:.0f}" for key in ranks)
+    meaning = "; ".join(KINDS[key][1] for key in alike)
+    yield Trial("torque", f"a torque is missing: {words}", f"{meaning} ({others})", found[best], len(names[best]))
 
 
 def _part(key: str) -> str:

@@ -112,7 +112,8 @@ def fit(
     out: Annotated[Path, Parameter(help="Directory for the results.")] = default_folder("fit"),
     plots: Annotated[bool, Parameter(help="Draw pictures.")] = True,
     causes: Annotated[
-        bool, Parameter(help="Where the data deny the fit, try the usual causes by short refits (half a minute).")
+        bool,
+        Parameter(help="Where the data deny the fit, try the usual causes by short refits (half a minute or more)."),
     ] = True,
     as_if: Annotated[
         list[str] | None,
