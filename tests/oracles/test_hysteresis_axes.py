@@ -77,7 +77,8 @@ def test_motion_is_that_of_the_law_in_its_own_variable():
 
 def constant(times):
     """The table above at any times."""
-    return OrbitTable(*(jnp.tile(jnp.asarray(x), (len(times), 1)) for x in ([1e12, 0.0, 0.0], FIELD)))
+    place, field = (jnp.tile(jnp.asarray(x), (len(times), 1)) for x in ([1e12, 0.0, 0.0], FIELD))
+    return OrbitTable(place, field)
 
 
 def test_error_is_stated_across_all_turns_and_the_energy_book_closes():
