@@ -15,6 +15,7 @@ import numpy as np
 
 from experiments.attacks.sources import SATELLITE
 from fitting.report.stored_run import read_run
+from fitting.starts.guess_files import read_guess
 from jaxsat.files.text_file import hidden_character
 from jaxsat.files.toml_files import read_toml, validated
 from jaxsat.given import Given
@@ -148,6 +149,14 @@ def given(path: Path) -> str:
     )
 
 
+def guess(path: Path) -> str:
+    """Attitudes, rates and numbers that are finite."""
+    found = read_guess(path)
+    arrays = {name: v for name, v in vars(found).items() if isinstance(v, np.ndarray)}
+    beyond = [(not (np.abs(v) <= 1e30).all(), f"{name} beyond reason") for name, v in arrays.items()]
+    return first([*beyond, (not np.isfinite(list(found.values.values())).all(), "a number not finite")])
+
+
 def plan(path: Path) -> str:
     """The plan of a sweep that can be run."""
     path.replace(path.with_name("sweep.json"))
@@ -177,7 +186,7 @@ def view_of(name: str, run: Path) -> Callable[[Path], str]:
 def readers(run: Path) -> dict[str, tuple[str, float, Callable[[Path], str]]]:
     """All of them; `run` is a fit's directory."""
     found: dict[str, tuple[str, float, Callable[[Path], str]]] = {
-        "tle": (".tle", 0.20, elements),
+        "tle": (".tle", 0.18, elements),
         **{f"omm {form}": (".omm", 0.08, elements) for form in ("kvn", "xml", "json", "csv")},
         "oem": (".oem", 0.10, oem),
         "aem": (".aem", 0.08, aem),
@@ -188,6 +197,8 @@ def readers(run: Path) -> dict[str, tuple[str, float, Callable[[Path], str]]]:
         "numbers": (".toml", 0.02, numbers),
         "given": (".toml", 0.06, given),
         "plan": (".json", 0.06, plan),
+        "guess": (".csv", 0.01, guess),
+        "guess toml": (".toml", 0.01, guess),
     }
     for name, share in (("fit.json", 0.004), ("provenance.json", 0.004), ("scene.json", 0.002)):
         found[f"view {name}"] = (".json", share, view_of(name, run))

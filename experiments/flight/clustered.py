@@ -29,8 +29,11 @@ def sandwich(information: np.ndarray, pulls: np.ndarray) -> np.ndarray:
     return information @ (pulls.T @ pulls) @ information
 
 
-def clustered_sigmas(fit: Fit) -> dict[str, float]:
-    """1-sigma of each free number by its name, in its unit."""
+def clustered_sigmas(fit: Fit) -> dict[str, tuple[float, float]]:
+    """1-sigma of each free number by its name, in its unit: by passes, and by samples as the covariance has it.
+
+    A denied fit shows none by itself; here the model's are wanted, to see how much wider passes make them.
+    """
     best, parameters, samples = fit.found.minima[0], fit.found.parameters, fit.found.samples
     point = jax.tree.map(lambda leaf: np.asarray(leaf)[0], best.refined.points)
     problem = best.problem
@@ -43,8 +46,8 @@ def clustered_sigmas(fit: Fit) -> dict[str, float]:
     number = passes(samples.t)
     pulls = np.stack([each[number == k].sum(axis=0) for k in range(number[-1] + 1)])
     inverse = covariance(np.asarray(point.hessian), parameters.everything)
-    variance = np.diagonal(sandwich(inverse, pulls))
+    variances = np.stack([np.diagonal(sandwich(inverse, pulls)), np.diagonal(inverse)], axis=1)
     scale = {leaf.name: leaf.to_unit for leaf in parameters.leaves}
     sigma = np.concatenate([np.zeros(len(STATE)), parameters.sigma()])
-    names = zip(parameters.names, np.sqrt(variance) * sigma, strict=True)
-    return {name: float(value * scale[name]) for name, value in names if name in scale}
+    names = zip(parameters.names, (np.sqrt(variances) * sigma[:, None]).tolist(), strict=True)
+    return {name: (found[0] * scale[name], found[1] * scale[name]) for name, found in names if name in scale}

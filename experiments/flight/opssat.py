@@ -100,8 +100,8 @@ def main() -> None:
     arguments.out.mkdir(parents=True, exist_ok=True)
     rows = best.session.rejected_by_reason
     numbers = {p.name: {"value": p.value, "unit": p.unit} for p in best.result.parameters if p.free}
-    for name, sigma in clustered_sigmas(best).items():
-        numbers[name]["sigma_by_passes"] = sigma
+    for name, (by_passes, by_samples) in clustered_sigmas(best).items():
+        numbers[name] |= {"sigma_by_passes": by_passes, "sigma_by_samples": by_samples}
     verdicts = {"all": best.result.verdict, "predicting": ahead.result.verdict}
     write_figures(
         *(arguments.out / "figures.json", "jaxsat.flight/1", figures),
@@ -169,7 +169,8 @@ def _figures(fit, diodes: list[Diode]) -> list[Figure]:
     sigmas = clustered_sigmas(fit)
     for p in fit.result.parameters:
         if p.free:
-            label = f"{p.name}, sigma by passes {sigmas[p.name]:.2g}, by samples {p.sigma:.2g}"
+            by_passes, by_samples = sigmas[p.name]
+            label = f"{p.name}, sigma by passes {by_passes:.2g}, by samples {by_samples:.2g}"
             found.append(Figure(label, p.value, "" if p.unit == "1" else p.unit))
     return found
 

@@ -28,6 +28,11 @@ def factor_remark(factor: float) -> tuple[str, ...]:
     return (f"sigmas are {factor:.1f} times those of the covariance: as far off as what was held out",)
 
 
+def widened(sigma: np.ndarray, factor: float) -> np.ndarray:
+    """Sigmas so multiplied."""
+    return sigma * factor if np.isfinite(factor) else np.full_like(sigma, np.inf)
+
+
 def with_factor(table: tuple[FittedParameter, ...], factor: float) -> tuple[FittedParameter, ...]:
     """Parameters with their sigmas so multiplied; none where the factor is infinite."""
     return tuple(
@@ -44,7 +49,7 @@ def without_sigmas(result: FitResult) -> FitResult:
     return dataclasses.replace(
         result,
         parameters=with_factor(result.parameters, np.inf),
-        attitude_sigma_deg=np.full_like(result.attitude_sigma_deg, np.inf),
-        field_angle_sigma_deg=None if angle is None else np.full_like(angle, np.inf),
+        attitude_sigma_deg=widened(result.attitude_sigma_deg, np.inf),
+        field_angle_sigma_deg=None if angle is None else widened(angle, np.inf),
         remarks=(*result.remarks, *factor_remark(np.inf)),
     )

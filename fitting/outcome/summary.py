@@ -12,7 +12,7 @@ from fitting.measurements.contradicted import contradicted
 from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.groups import columns_of, of_groups
 from fitting.outcome.alternatives import DIFFERENT_ATTITUDE_DEG, other_minimum
-from fitting.outcome.believable import factor_remark, sigma_factor, with_factor
+from fitting.outcome.believable import factor_remark, sigma_factor, widened, with_factor
 from fitting.outcome.breaks import find_breaks, stamp_delay
 from fitting.outcome.looking import Look, direct_readings, look_at
 from fitting.outcome.possible import no_body, without_light, wrong_axes
@@ -74,7 +74,9 @@ def summarize(found: Identified, background: Background | None = None) -> FitRes
     channels = _channels(found, best, seen, point, counted, informative, chi2_p)
     ratio = chi2 / max(dof, 1)
     alternatives = tuple(_alternatives(found, seen, as_well(ratio)))
-    sigma_deg = np.degrees(np.sqrt(np.einsum("sii->si", seen.rotation_covariance)))[:n]
+    variance = np.einsum("sii->si", seen.rotation_covariance)[:n]
+    # Below zero by rounding, where the information is singular: nothing is known.
+    sigma_deg = np.degrees(np.sqrt(np.where(variance < 0.0, np.inf, variance)))
     evidence = Evidence(
         cost=float(point.cost),
         promise=promised_saving(np.asarray(point.gradient), seen.covariance, seen.pressed),
@@ -109,7 +111,7 @@ def summarize(found: Identified, background: Background | None = None) -> FitRes
         t_s=samples.t,
         quaternion_inertial_from_body=seen.quaternion[:n],
         angular_velocity_rad_s=seen.angular_velocity[:n],
-        attitude_sigma_deg=factor * sigma_deg,
+        attitude_sigma_deg=widened(sigma_deg, factor),
         illumination=None if light is None else np.asarray(light.illumination)[:n],
         fitted=fitted,
         channels=channels,
@@ -120,7 +122,7 @@ def summarize(found: Identified, background: Background | None = None) -> FitRes
         gauge=gauge_text(unseen) or parameters.gauge_text,
         unseen=unseen,
         field_angle_deg=np.degrees(np.arctan2(np.linalg.norm(field[:, 1:], axis=1), field[:, 0])),
-        field_angle_sigma_deg=factor * np.degrees(field_angle_sigma(field, seen.rotation_covariance[:n])),
+        field_angle_sigma_deg=widened(np.degrees(field_angle_sigma(field, seen.rotation_covariance[:n])), factor),
     )
 
 

@@ -14,7 +14,7 @@ from fitting.starts.ladder import finite_turn_rates
 from jaxsat.errors import InputError
 from jaxsat.files.json_files import read_json
 from jaxsat.files.text_file import REAL, read_small_file
-from jaxsat.files.toml_files import read_toml, validated
+from jaxsat.files.toml_files import LARGEST, read_toml, validated
 from jaxsat.setting_types import Positive, Section, Vector
 from jaxsat.time import Epoch
 
@@ -97,11 +97,13 @@ def _of_table(path: Path, values: dict[str, float]) -> Guess:
     if missing:
         raise InputError(f"has no column {missing[0]}; expected an attitude.csv of a fit or of jaxsat local", file=path)
     # Of several attitudes that explain a sample the first is the best.
-    rows = [(line, row) for line, row in rows if row["q_w"] and row.get("solution", "1") == "1"]
+    rows = [(line, row) for line, row in rows if any(row[q] for q in q_names) and row.get("solution", "1") == "1"]
     rows = [each for each in rows if each[1].get("status") == "solved"] or rows
     if not rows:
         raise InputError("holds no attitude", file=path)
     quaternion = _columns(rows, q_names, path)
+    for k in np.flatnonzero(~np.isfinite(quaternion).all(axis=1))[:1]:
+        raise InputError("expected four numbers of a quaternion, or none", file=path, row=rows[k][0], field="q_w")
     if not np.linalg.norm(quaternion, axis=1).all():
         raise InputError("expected quaternions, not zeros", file=path, field="q_w")
     epoch = _instant(rows[0][1]["utc"], path, rows[0][0])
@@ -153,7 +155,7 @@ def _columns(rows: Sequence[tuple[int, dict[str, str]]], names: Sequence[str], p
     for line, row in rows:
         for name in names:
             text = row.get(name, "")
-            if text and not (REAL.fullmatch(text) and np.isfinite(float(text))):
+            if text and not (REAL.fullmatch(text) and abs(float(text)) <= LARGEST):
                 raise InputError(f"expected a number, found {text[:40]!r}", file=path, row=line, field=name)
     return np.array([[float(row.get(name, "") or "nan") for name in names] for _, row in rows])
 

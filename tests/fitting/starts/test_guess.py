@@ -105,6 +105,8 @@ def test_starts_lie_about_the_guess_and_carry_its_free_numbers(samples):
         ),
         ("a.csv", "t_s,q_w\n0,1\n", "has no column utc"),
         ("a.csv", LOCAL.replace("0.7071067812,", "x,", 1), "csv:5: q_w: expected a number"),
+        ("a.csv", LOCAL.replace("0.7071067812,", ",", 1), "csv:5: q_w: expected four numbers"),
+        ("a.csv", LOCAL.replace("0.7071067812,", "1e99,", 1), "csv:5: q_w: expected a number"),
         ("a.csv", LOCAL.splitlines()[0] + "\n", "no row below a header"),
         ("a.csv", "\n".join(LOCAL.splitlines()[:2]) + "\n", "tells no rate"),
         ("a.csv", LOCAL.replace("2001-01-18T04:55:15.000", "2001-13", 1), "utc"),
