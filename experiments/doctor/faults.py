@@ -30,6 +30,8 @@ class Fault:
     table: Callable[[TableSession, Draw], tuple[TableSession, str]] | None = None
     free: tuple[str, ...] | None = None
     """What is free in place of everything."""
+    refused: str = r"(?!)"
+    """What a refusal before the fit must say, a regular expression; by default none is right."""
     absorbed: bool = False
     """Whether a converged fit at the truth is right too: the fit takes the fault for what it is."""
 
@@ -327,7 +329,7 @@ FAULTS: dict[str, Fault] = {
     "magnetometer turned": Fault("cube", table=mag_turned, absorbed=True),
     "gyro sign": Fault("cube", table=gyro_axes),
     "gyro rad/s": Fault("cube", table=gyro_unit),
-    "magnetometer nT": Fault("cube", table=mag_unit),
+    "magnetometer nT": Fault("cube", table=mag_unit, refused=r"mag.unit: .*nT"),
     "diodes swapped": Fault("cube", table=diodes_order),
     "magnetometer late": Fault("cube", table=late_mag, absorbed=True),
 }

@@ -63,7 +63,8 @@ def run(kind: str, base: str, seed: int, folder: Path) -> dict[str, Any]:
     try:
         result = fit(satellite, session, settings=settings).result
     except InputError as error:
-        return row | {"status": "refused", "message": str(error), "seconds": time.perf_counter() - began}
+        row |= {"status": "refused", "message": str(error), "seconds": time.perf_counter() - began}
+        return row | {"named": bool(fault is not None and re.search(fault.refused, str(error)))}
     row |= {"seconds": time.perf_counter() - began, "status": result.status, "verdict": result.verdict}
     row |= {"message": result.message, "remarks": list(result.remarks), "ratio": result.chi2 / max(result.dof, 1)}
     # Stamps that a fault moves: the truth is that of the instant which was meant.
@@ -81,15 +82,10 @@ def run(kind: str, base: str, seed: int, folder: Path) -> dict[str, Any]:
         for text, each in zip(causes, result.causes, strict=True)
     ]
     at_truth = result.status == "converged" and row["sigmas"] is not None and row["sigmas"] < BEYOND
-    row["named"] = bool(causes and right and re.search(right, causes[0])) or _told(right, result)
+    row["named"] = bool(causes and right and re.search(right, causes[0]))
     row["handled"] = bool(fault is not None and fault.absorbed and at_truth)
     row["wrong"] = result.status == "converged" and not at_truth
     return row
-
-
-def _told(right: str, result) -> bool:
-    """Whether the reason of a denial says it without a trial."""
-    return False
 
 
 def rows_of(tasks: list[tuple[str, str, int]], folder: Path, jobs: int) -> Iterator[dict[str, Any]]:

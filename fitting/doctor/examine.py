@@ -50,7 +50,6 @@ def examine(bench: Bench, result: FitResult, progress: Progress) -> tuple[Cause,
     local = [
         *_nearby(bench),
         lambda: offset_readings(bench),
-        lambda: late_channels(bench),
         lambda: other_noise(bench, result),
     ]
     kinds: list[Kind] = [
@@ -93,7 +92,12 @@ def reconsidered(bench: Bench, result: FitResult, progress: Progress) -> FitResu
 
 def _nearby(bench: Bench) -> list[Kind]:
     """What changes little, for minima that are near those of the data."""
-    return [lambda: freed_parts(bench), lambda: drifting_scales(bench), lambda: late_positions(bench)]
+    return [
+        lambda: freed_parts(bench),
+        lambda: drifting_scales(bench),
+        lambda: late_positions(bench),
+        lambda: late_channels(bench),
+    ]
 
 
 def _tried(bench: Bench, kinds: list[Kind], enough: float, progress: Progress) -> tuple[Cause, ...]:
