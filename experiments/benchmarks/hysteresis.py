@@ -14,13 +14,13 @@ from pathlib import Path
 
 import jax
 import jax.numpy as jnp
-import matplotlib.pyplot as plt
 import numpy as np
 from scipy.integrate import cumulative_simpson
 from scipy.spatial.transform import Rotation
 
 from jaxsat.dynamics import AttitudeState
 from jaxsat.environment import Surroundings, igrf_field, orbit_from_elements_km_deg
+from jaxsat.plotting.style import INK, LEFT_OUT, dress, new_figure, png_bytes
 from jaxsat.simulate import Trajectory, simulate, simulate_many
 from jaxsat.spacecraft import HysteresisRods, Spacecraft
 from jaxsat.torques import hysteresis_dipole, lag_from_induction
@@ -82,14 +82,20 @@ def book(motion: Trajectory, times: np.ndarray) -> dict[str, np.ndarray]:
 
 def draw(motion: Trajectory, times: np.ndarray, path: Path) -> None:
     """Spin and heat over three days."""
-    figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(7, 5), layout="constrained")
-    above.semilogy(times / HOUR, np.rad2deg(np.linalg.norm(motion.angular_velocity, axis=1)), lw=0.4)
-    above.set_ylabel("spin, deg/s")
+    subtitle = "1U with a magnet of 0.06 A m² and two rods, 500 km; synthetic"
+    figure = new_figure(7.6, 5.4, "What two hysteresis rods take from a tumbling satellite", subtitle)
+    above, below = figure.subplots(2, 1, sharex=True)
+    figure.subplots_adjust(left=0.12, right=0.97, top=0.87, bottom=0.1, hspace=0.12)
+    above.semilogy(times / HOUR, np.rad2deg(np.linalg.norm(motion.angular_velocity, axis=1)), lw=0.4, color=INK)
+    above.yaxis.set_minor_formatter("{x:g}")
     orbits = np.arange(0, times[-1] / PERIOD, 1.0)
     heat = np.interp(orbits * PERIOD, times, np.asarray(motion.rod_heat).sum(axis=1))
-    below.step(orbits[1:] * PERIOD / HOUR, 1e6 * np.diff(heat), where="pre")
-    below.set(xlabel="h", ylabel="heat of the rods, uJ an orbit", yscale="log")
-    figure.savefig(path, dpi=120)
+    below.step(orbits[1:] * PERIOD / HOUR, 1e6 * np.diff(heat), where="pre", color=LEFT_OUT)
+    below.set_yscale("log")
+    dress(above, y_label="spin, deg/s")
+    above.tick_params(which="minor", labelsize=8)
+    dress(below, y_label="heat, µJ an orbit", x_label="time since release, h")
+    path.write_bytes(png_bytes(figure))
 
 
 def main() -> None:
