@@ -25,8 +25,9 @@ STALLED_DECREMENT = 0.1
 MAX_CHI2_PER_READING = 4.0
 """Beyond this, of all readings or of those of one channel, the model does not explain the data."""
 REMARKABLE_CHI2_PER_READING = 1.5
-UNTESTED_CHI2, UNTESTED_P = 2.25, 1e-5
-"""Where nothing was held out, chi2 per degree of freedom beyond the one with a probability below the other denies."""
+UNTESTED_CHI2, UNTESTED_P, UNTESTED_SHARE = 2.25, 1e-5, 0.1
+"""Where nothing was held out, chi2 per degree of freedom beyond the one with a probability below the other denies; so
+does such a share of the readings of a channel that are left out where the others are larger than its noise."""
 ORBIT_OFF_KM, ORBIT_ODD_KM = 100.0, 30.0
 """Positions that miss one orbit by so much are none of it, or are remarked on: what Kepler's leaves out is less."""
 OLD_DAYS = 60.0
@@ -171,7 +172,17 @@ def _wrong(evidence: Evidence) -> str | None:
 def _doubts(evidence: Evidence) -> list[str]:
     """What the size of chi2 says against a fit of which nothing was held out."""
     ratio, p = evidence.ratio, evidence.chi2_p
-    if evidence.held_out or ratio <= UNTESTED_CHI2 or p >= UNTESTED_P:
+    if evidence.held_out or p >= UNTESTED_P:
+        return []
+    for name, channel in evidence.channels.items():
+        lost = 1.0 - float(channel.used[channel.fitted].mean()) if channel.fitted.any() else 0.0
+        larger = (channel.chi2_per_reading or 0.0) > REMARKABLE_CHI2_PER_READING
+        if larger and lost > UNTESTED_SHARE and channel.kind not in OF_LIGHT:
+            return [
+                f"{100 * lost:.0f} % of the readings of {name} are left out, and the others are farther off than its "
+                "noise: late stamps, a turn or scale of it, or a torque that is missing"
+            ]
+    if ratio <= UNTESTED_CHI2:
         return []
     return [
         f"chi2 denies the fit: {ratio:.1f} per degree of freedom (p = {p:.1g} at the stated noise); free more, or "

@@ -95,6 +95,14 @@ def test_a_large_chi2_denies_where_nothing_was_held_out():
     assert (status, word) == ("not_converged", "not this model") and message.startswith("chi2 denies the fit: 3.1 per")
     assert verdict(all_fitted, held_out=False, ratio=3.1, chi2_p=1e-3)[0] == "converged"
     assert verdict(ratio=3.1, chi2_p=3e-6)[0] == "converged"
+    # Within that limit, but for a channel of which a part had to go.
+    thinned = dataclasses.replace(all_fitted, used=np.arange(N) % 6 > 0, chi2_per_reading=1.7)
+    status, word, message, _ = verdict(thinned, held_out=False, ratio=1.6, chi2_p=1e-7)
+    assert (status, word) == (
+        "not_converged",
+        "not this model",
+    ) and "17 % of the readings of mag are left out" in message
+    assert verdict(thinned, held_out=False, ratio=1.6, chi2_p=1e-3)[0] == "converged"
 
 
 def test_positions_of_no_orbit_deny_and_an_old_element_set_is_told():
