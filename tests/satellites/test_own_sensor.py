@@ -28,7 +28,6 @@ REFUSED = {
     "numpy": ("np.array([float(view.field[0])])", r"line 8\): it asks for the value of what JAX traces"),
     "typo": ("view.feild[:1]", r"line 8\): AttributeError: 'View' object has no attribute 'feild'"),
     "scalar": ("view.field[0]", r"reads numbers of shape \(\); expected .* shape \(1,\)"),
-    "dark": ("view.sun[:1]", r"line 8\): ValueError: View.light is None: a sensor that reads it has 'light'"),
     "column": ("view.columns['temp'][None]", r"line 8\): KeyError: 'temp'"),
     "not_finite": ("jnp.log(-jnp.abs(view.field[:1]))", "a reading that is not finite"),
     "kink": ("jnp.sqrt(jnp.maximum(0.0, -jnp.abs(view.field[:1])))", "a derivative that is not finite"),
@@ -42,6 +41,11 @@ def test_what_does_not_read_a_view_is_refused_in_one_line(file, tmp_path, name):
     with pytest.raises(InputError, match=rf"(?s)sat\.toml: sensors\.size: Size .*{reason}") as refused:
         read_satellite(file(BODY + KEYS.format(f"{name}_sensor")))
     assert "\n" not in str(refused.value)
+
+
+def test_light_that_is_read_is_among_the_needs(file, tmp_path):
+    (tmp_path / "lit_sensor.py").write_text(MODULE.format("view.sun[:1]"))
+    assert read_satellite(file(BODY + KEYS.format("lit_sensor"))).model.sensors["size"].needs == {"light"}
 
 
 def test_a_direction_that_is_seen_comes_with_its_reading(file, tmp_path):

@@ -22,14 +22,32 @@ ATTITUDE = (0.5, -0.1, 0.7, 0.5)
 def try_sensor(sensor: AbstractSensor, name: str, columns: int, telemetered: Collection[str]) -> None:
     """Asks a sensor for a reading of `columns` numbers, their differences and the derivatives of both, noise, `direct`.
 
-    `telemetered` are the names of what is in `View.columns`. Raises `InputError` saying what it does instead of
-    answering, with the line of its module.
+    `telemetered` are the names of what is in `View.columns`. One that reads light without having it among its `needs`
+    has it from then on. Raises `InputError` saying what it does instead of answering, with the line of its module.
     """
-    field, made = f"sensors.{name}", type(sensor).__name__
-    attitude = quaternion.normalize(jnp.array(ATTITUDE))
+    field, made = f"sensors.{name}", type(sensor)
+    try:
+        found = _asked(sensor, field, columns, telemetered, light="light" in sensor.needs)
+    except InputError:
+        if "light" in sensor.needs:
+            raise
+        found = _asked(sensor, field, columns, telemetered, light=True)
+        made.needs = sensor.needs | {"light"}
+    values, slopes, seen = found
+    if (seen is None) != (sensor.sees is None):
+        raise InputError(f"{made.__name__} has `sees` or `direct` without the other", field=field)
+    for what, numbers in (("a reading", values), ("a derivative", slopes)):
+        if not all(np.isfinite(each).all() for each in jax.tree.leaves(numbers)):
+            raise InputError(f"{made.__name__} has {what} that is not finite, on an ordinary view", field=field)
+
+
+def _asked(sensor: AbstractSensor, field: str, columns: int, telemetered: Collection[str], *, light: bool):
+    """Reading and differences, their derivatives by a turn, and what `direct` says."""
+    made, attitude = type(sensor).__name__, quaternion.normalize(jnp.array(ATTITUDE))
 
     def differences(turn):
-        view = _view(quaternion.multiply(attitude, quaternion.from_rotation_vector(turn)), sensor, telemetered)
+        turned = quaternion.multiply(attitude, quaternion.from_rotation_vector(turn))
+        view = _view(turned, light, telemetered)
         reading = sensor(view)
         if jnp.shape(reading) != (columns,):
             expected = f"expected one for each of its columns, shape ({columns},)"
@@ -39,24 +57,19 @@ def try_sensor(sensor: AbstractSensor, name: str, columns: int, telemetered: Col
     try:
         values, slopes = jax.vmap(lambda turn: (differences(turn), jax.jacfwd(differences)(turn)))(jnp.zeros((1, 3)))
         sensor.noisy(values[0][0], 1.0, jax.random.key(0))
-        seen = sensor.direct(np.asarray(values[0]), 1.0)
+        return values, slopes, sensor.direct(np.asarray(values[0]), 1.0)
     except InputError:
         raise
     except Exception as error:
         # Whatever it raises is what is wrong with it.
         reason = f"{made} fails on a view{_place(error, sensor)}: {_said(error)}"
         raise InputError(reason, field=field) from None
-    if (seen is None) != (sensor.sees is None):
-        raise InputError(f"{made} has `sees` or `direct` without the other", field=field)
-    for what, found in (("a reading", values), ("a derivative", slopes)):
-        if not all(np.isfinite(each).all() for each in jax.tree.leaves(found)):
-            raise InputError(f"{made} has {what} that is not finite, on an ordinary view", field=field)
 
 
-def _view(attitude, sensor, telemetered):
-    """An instant in a low orbit, with light and without the Earth's where a sensor asks for light."""
+def _view(attitude, lit, telemetered):
+    """An instant in a low orbit, with light and without the Earth's where it is wanted."""
     light, albedo = None, None
-    if "light" in sensor.needs:
+    if lit:
         sun, down = jnp.array([0.48, 0.64, 0.6]), jnp.array([-1.0, 0.0, 0.0])
         light = LightTable(sun, jnp.array(1.0), down, jnp.array(0.0), down[None], jnp.array([0.0]))
         albedo = Albedo(jnp.array(0.0), jnp.array(0.3))
