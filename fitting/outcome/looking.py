@@ -16,6 +16,7 @@ from fitting.parameters.names import STATE
 from fitting.solvers.least_squares import Point, prior_information
 from fitting.stored import Stored
 from jaxsat.integrators import BLOCK
+from jaxsat.math import put
 from jaxsat.satellites.model import POLAR_PLACE, Model, Spot, array_at
 
 
@@ -118,7 +119,7 @@ def _on_host(model: Model, spots: Sequence[Spot], values: np.ndarray) -> Model:
         array.reshape(-1)[list(entries)] = value
     if not arrays:
         return model
-    moved = [jnp.asarray(array) for array in arrays.values()]
+    moved = [put(array) for array in arrays.values()]
     return eqx.tree_at(lambda m: [array_at(m, place) for place in arrays], model, moved)
 
 

@@ -13,7 +13,7 @@ from jaxtyping import Array, Float, Inexact
 
 from jaxsat.constants import EARTH_RADIUS_MEAN
 from jaxsat.frames import dcm_eci_from_ecef
-from jaxsat.math import float_array, gradient_coefficients, harmonic_sums, is_known
+from jaxsat.math import float_array, gradient_coefficients, harmonic_sums, is_known, put
 
 TESLA_PER_NANOTESLA = 1e-9
 
@@ -125,7 +125,7 @@ def igrf_field(decimal_year: int | float, *, degree: int = 13) -> InternalField:
     if not 1 <= degree <= 13:
         raise ValueError(f"degree must be in 1..13, got {degree}")
     g, h = igrf_coefficients(decimal_year)
-    return InternalField(*(jnp.asarray(c[: degree + 1, : degree + 1]) for c in (g, h)))
+    return InternalField(*(put(c[: degree + 1, : degree + 1]) for c in (g, h)))
 
 
 def igrf_dipole(decimal_year: int | float) -> CentredDipole:

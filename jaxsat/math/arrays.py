@@ -14,7 +14,13 @@ def float_array(x: ArrayLike | Sequence) -> Float[Array, "..."]:
 
     Plain numbers go through NumPy: converted by JAX, each would compile a program of its own.
     """
-    return jnp.asarray(x, float) if isinstance(x, jax.Array) else jnp.asarray(np.asarray(x, dtype=float))
+    return jnp.asarray(x, float) if isinstance(x, jax.Array) else put(np.asarray(x, dtype=float))
+
+
+def put(x: np.ndarray | float) -> Array:
+    """`x` as an array of JAX's, at once: `jnp.asarray` compiles a program for each shape, of 7 ms."""
+    with jax.ensure_compile_time_eval():
+        return jax.device_put(x)
 
 
 def optional_array(x: ArrayLike | Sequence | None) -> Float[Array, "..."] | None:

@@ -3,9 +3,9 @@
 import math
 from collections.abc import Sequence
 
-import jax.numpy as jnp
 from jaxtyping import Array
 
+from jaxsat.math import put
 from jaxsat.satellites.model import Leaf
 from jaxsat.satellites.sections.fitted import Fitted
 
@@ -64,4 +64,4 @@ class LeafList:
 
 def as_array(given: Fitted, *shape: int, factor: float = 1.0) -> Array:
     """The values in SI."""
-    return jnp.asarray(given.filled(*shape) * factor)
+    return put(given.filled(*shape) * factor)

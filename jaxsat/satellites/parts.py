@@ -3,10 +3,10 @@
 import math
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from jaxsat.math import float_array, put
 from jaxsat.satellites.leaves import XYZ, LeafList, as_array
 from jaxsat.satellites.model import INERTIA_PLACE, MAGNET_PLACE, POLAR_PLACE
 from jaxsat.satellites.sections.file import SatelliteFile
@@ -33,17 +33,17 @@ def built_spacecraft(file: SatelliteFile, leaves: LeafList) -> Spacecraft:
         size = coil.area_turns_m2
         loose = 0.2 * abs(size.value) or 1.0
         leaves.add(f"coils.{k}.area_turns", f"{place()}.area_turns", size, unit="m2", loose=loose)
-        parts.append(Coil(axis=jnp.array(coil.axis), area_turns=jnp.asarray(size.value), column=coil.column))
+        parts.append(Coil(axis=float_array(coil.axis), area_turns=float_array(size.value), column=coil.column))
     for k, wheel in enumerate(file.wheels):
         loose = 0.2 * abs(wheel.inertia.value) or 1e-6
         leaves.add(f"wheels.{k}.inertia", f"{place()}.inertia", wheel.inertia, unit="kg m2", loose=loose)
-        parts.append(Wheel(axis=jnp.array(wheel.axis), inertia=jnp.asarray(wheel.inertia.value), column=wheel.column))
+        parts.append(Wheel(axis=float_array(wheel.axis), inertia=float_array(wheel.inertia.value), column=wheel.column))
     if file.residual is not None:
         leaves.add("residual", f"{place()}.torque", file.residual.torque, XYZ, unit="N m", loose=1e-6)
         parts.append(ResidualTorque(as_array(file.residual.torque, 3)))
     if file.eddy is not None:
         leaves.add("eddy", f"{place()}.coefficient", file.eddy.coefficient, unit="S m4", loose=1e3, lower=0.0)
-        parts.append(EddyDamping(jnp.asarray(file.eddy.coefficient.value)))
+        parts.append(EddyDamping(float_array(file.eddy.coefficient.value)))
     return Spacecraft(
         inertia=inertia,
         magnet=as_array(file.magnet.dipole_A_m2, 3),
@@ -73,7 +73,7 @@ def built_albedo(file: SatelliteFile, leaves: LeafList) -> Albedo:
     for key in ("specular", "diffuse"):
         given = getattr(file.albedo, key)
         leaves.add(f"albedo.{key}", f"albedo.{key}", given, loose=0.3, lower=0.0, upper=1.5)
-    return Albedo(jnp.asarray(file.albedo.specular.value), jnp.asarray(file.albedo.diffuse.value))
+    return Albedo(float_array(file.albedo.specular.value), float_array(file.albedo.diffuse.value))
 
 
 def _inertia(body: Body, leaves: LeafList) -> Array:
@@ -95,7 +95,7 @@ def _inertia(body: Body, leaves: LeafList) -> Array:
             lower=0.0 if len(entries) == 1 else -np.inf,
             entries=[entries],
         )
-    return jnp.asarray(tensor)
+    return put(tensor)
 
 
 def _rods(rods: tuple[Rod, ...], leaves: LeafList) -> tuple[MagneticRods | None, HysteresisRods | None]:
@@ -124,14 +124,14 @@ def _rods(rods: tuple[Rod, ...], leaves: LeafList) -> tuple[MagneticRods | None,
         # One reference field for all: moments are quoted in that of the first.
         fields = {rod.reference_field_T for rod in linear}
         straight = MagneticRods(
-            jnp.array([rod.moment.value for rod in linear if rod.moment is not None]),
-            jnp.array([rod.axis for rod in linear]),
-            jnp.asarray(min(fields)),
+            float_array([rod.moment.value for rod in linear if rod.moment is not None]),
+            float_array([rod.axis for rod in linear]),
+            float_array(min(fields)),
         )
     if looped:
-        numbers = {place: jnp.array([getattr(rod, key).value for rod in looped]) for key, (place, _) in _LOOP.items()}
-        none = jnp.zeros(len(looped))
-        curved = HysteresisRods(axes=jnp.array([rod.axis for rod in looped]), induction=none, **numbers)
+        numbers = {place: float_array([getattr(rod, key).value for rod in looped]) for key, (place, _) in _LOOP.items()}
+        none = put(np.zeros(len(looped)))
+        curved = HysteresisRods(axes=float_array([rod.axis for rod in looped]), induction=none, **numbers)
     return straight, curved
 
 
@@ -146,18 +146,18 @@ _LOOP = {
 def _facets(surface: Surface, body: Body, leaves: LeafList) -> Facets:
     if surface.facets is not None:
         found = Facets(
-            areas=jnp.array([facet.area_m2 for facet in surface.facets]),
-            centers=jnp.array([facet.center_m for facet in surface.facets]),
-            normals=jnp.array([facet.normal for facet in surface.facets]),
-            specular=jnp.array([facet.specular for facet in surface.facets]),
-            diffuse=jnp.array([facet.diffuse for facet in surface.facets]),
-            drag_coefficient=jnp.asarray(surface.drag_coefficient.value),
+            areas=float_array([facet.area_m2 for facet in surface.facets]),
+            centers=float_array([facet.center_m for facet in surface.facets]),
+            normals=float_array([facet.normal for facet in surface.facets]),
+            specular=float_array([facet.specular for facet in surface.facets]),
+            diffuse=float_array([facet.diffuse for facet in surface.facets]),
+            drag_coefficient=float_array(surface.drag_coefficient.value),
         )
     else:
         size = surface.size_m or body.size_m
         found = box_facets(
-            jnp.asarray(size),
-            center_of_mass=jnp.asarray(surface.center_of_mass_m),
+            float_array(np.asarray(size, float)),
+            center_of_mass=float_array(surface.center_of_mass_m),
             specular=surface.specular.value,
             diffuse=surface.diffuse.value,
             drag_coefficient=surface.drag_coefficient.value,
