@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -18,6 +19,7 @@ from fitting.doctor.trial import WORTH, Trial
 from fitting.measurements.floor import at_floor
 from fitting.parameters.free import FreeParameters, free_parameters
 from fitting.parameters.names import STATE
+from fitting.parameters.tree import FreeLeaves
 from fitting.starts.multi_start import Starts
 
 STARTS = 32
@@ -194,11 +196,14 @@ def _settled(bench: Bench, numbers: list[int], start: int) -> tuple[np.ndarray, 
     return best
 
 
+_values = jax.jit(FreeLeaves.values)
+
+
 def _jacobian(bench: Bench, parameters: FreeParameters, x, reference, numbers: list[int], sigma) -> np.ndarray:
     """[samples channels numbers] for a prior sigma of each, as many at a time as the program has sensors' unknowns."""
     moving, count = parameters.tree.moving, len(parameters.columns)
     tree, room = parameters.tree, count - moving
-    values = np.asarray(tree.values(jnp.asarray(x[len(STATE) :])))
+    values = np.asarray(_values(tree, x[len(STATE) :]))
     seeing = [k for k in parameters.columns[moving:] if k >= 0]
     nominal = np.array(tree.nominal)
     nominal[seeing] = values[seeing]
