@@ -88,6 +88,7 @@ def draw(motion: Trajectory, times: np.ndarray, path: Path) -> None:
     figure.subplots_adjust(left=0.12, right=0.97, top=0.87, bottom=0.1, hspace=0.12)
     above.semilogy(times / HOUR, np.rad2deg(np.linalg.norm(motion.angular_velocity, axis=1)), lw=0.4, color=INK)
     above.yaxis.set_minor_formatter("{x:g}")
+    above.yaxis.set_major_formatter("{x:g}")
     orbits = np.arange(0, times[-1] / PERIOD, 1.0)
     heat = np.interp(orbits * PERIOD, times, np.asarray(motion.rod_heat).sum(axis=1))
     below.step(orbits[1:] * PERIOD / HOUR, 1e6 * np.diff(heat), where="pre", color=LEFT_OUT)
