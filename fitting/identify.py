@@ -112,7 +112,7 @@ def identify(
     begin = longest_stretch(samples.t, mask) if samples.given is None else 0
     placed = None if guess is None else place(guess, samples, begin, fitted, telling)
     begin = begin if placed is None else placed.sample
-    fastest = max(_seen_rate(sights), float(np.radians(settings.max_rate_deg_s)))
+    fastest = max(seen_rate(sights), float(np.radians(settings.max_rate_deg_s)))
     if placed is not None:
         fastest = max(fastest, 1.3 * float(np.linalg.norm(placed.rate)))
     step = min(settings.step_s, step_for(RK4, fastest, span, COARSE_TOLERANCE))
@@ -248,7 +248,7 @@ def _refined(problem, parameters, starts, weight, around, settings, progress) ->
     return refine(problem, parameters, starts, weight, **how, progress=progress)
 
 
-def _seen_rate(sights: Sights) -> float:
+def seen_rate(sights: Sights) -> float:
     """A rate that the satellite is not much faster than, as far as gyroscope or finite turns show it [rad/s]."""
     known = np.isfinite(sights.rate).all(axis=1)
     if known.any():

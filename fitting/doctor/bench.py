@@ -13,7 +13,7 @@ import numpy as np
 
 from fitting.doctor.score import Score
 from fitting.doctor.trial import EXPLAINED
-from fitting.identify import Identified
+from fitting.identify import Identified, seen_rate
 from fitting.measurements.assembly import Samples, build_problem, usable
 from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.groups import columns_of, over_columns
@@ -25,6 +25,7 @@ from fitting.parameters.names import STATE
 from fitting.settings import FitSettings
 from fitting.solvers.refine import Refined, refine
 from fitting.starts.multi_start import CHUNK, Starts
+from fitting.starts.sights import sights_of
 from jaxsat.given import Given
 from jaxsat.integrators import BLOCK, RK4, step_for
 from jaxsat.satellites import Satellite
@@ -155,9 +156,15 @@ class Bench:
 
     @cached_property
     def fastest(self) -> float:
-        """Rate that a search has to follow [rad/s]: that of the settings, or of the best minimum."""
+        """Rate that a search has to follow [rad/s]: that of the settings, or what sensors or the best minimum show.
+
+        A minimum that is none of the data's shows nothing: a search up to its rate would have too few starts.
+        """
+        at_most = float(np.radians(self.settings.max_rate_deg_s))
+        if self.hopeless:
+            return max(at_most, seen_rate(sights_of(self.problem, self.samples)))
         rate = np.asarray(self.found.minima[0].refined.points.prediction.angular_velocity)[0]
-        return max(float(np.radians(self.settings.max_rate_deg_s)), float(np.linalg.norm(rate, axis=1).max()))
+        return max(at_most, float(np.linalg.norm(rate, axis=1).max()))
 
     @cached_property
     def _search_step(self) -> float:
