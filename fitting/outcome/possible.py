@@ -8,11 +8,10 @@ import numpy as np
 from fitting.outcome.looking import Look
 from fitting.parameters.free import FreeParameters
 from fitting.parameters.transforms import thinnest
-from fitting.starts.conventions import axes_text
 from jaxsat.satellites.model import INERTIA_PLACE, sensor_of
 from jaxsat.sensors import Panels
 from jaxsat.sensors.abstract import AbstractSensor
-from jaxsat.sensors.mounting import body_from_sensor
+from jaxsat.sensors.mounting import axes_text, body_from_sensor
 
 LARGE_TURN = np.radians(45.0)
 """Of a sensor, beyond which other axes of the body are nearer to its own than those of the satellite file."""

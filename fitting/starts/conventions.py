@@ -14,10 +14,10 @@ from fitting.starts.ladder import finite_turn_rates
 from fitting.starts.mounting import body_directions
 from fitting.starts.sights import sights_of
 from jaxsat.math.on_host import angles_between
+from jaxsat.sensors.mounting import axes_text, signed_permutations
 
 MOST = 24
 """Combinations of conventions that are searched further."""
-LETTERS = ("+x", "-x", "+y", "-y", "+z", "-z")
 
 
 @dataclass(frozen=True)
@@ -32,23 +32,6 @@ class Convention:
     def spelt(self) -> dict[str, list[str]]:
         """As a satellite file has them."""
         return {name: axes_text(axes) for name, axes in self.axes.items()}
-
-
-def signed_permutations(mirrored: bool) -> list[np.ndarray]:
-    """The 24 right-handed matrices of signed axes, or all 48."""
-    found = []
-    for order in itertools.permutations(range(3)):
-        for signs in itertools.product((1.0, -1.0), repeat=3):
-            matrix = np.zeros((3, 3))
-            matrix[np.arange(3), order] = signs
-            if mirrored or np.linalg.det(matrix) > 0.0:
-                found.append(matrix)
-    return found
-
-
-def axes_text(axes: np.ndarray) -> list[str]:
-    """Rows of a signed permutation as `+x` ... `-z`."""
-    return [LETTERS[2 * int(np.argmax(np.abs(row))) + int(row[np.argmax(np.abs(row))] < 0.0)] for row in axes]
 
 
 def with_axes(problem: Problem, convention: Convention) -> Problem:

@@ -1,5 +1,6 @@
 """How a sensor sits in its satellite: by a small turn of its axes, and by the directions that its columns read."""
 
+import itertools
 from abc import abstractmethod
 
 import equinox as eqx
@@ -8,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from jaxsat.math import float_array, quaternion
+from jaxsat.panel_names import PANEL_NAMES
 from jaxsat.sensors.abstract import AbstractSensor
 from jaxsat.sensors.noise import Size, unit_noise
 from jaxsat.sensors.view import View
@@ -95,3 +97,20 @@ class AbstractUnitVector(AbstractSensor):
         if read is None:
             return None
         return directions_of(unit_readings(read, sigma) @ body_from_sensor(self.turn).T, sigma)
+
+
+def signed_permutations(mirrored: bool) -> list[np.ndarray]:
+    """The 24 right-handed matrices of signed axes, or all 48."""
+    found = []
+    for order in itertools.permutations(range(3)):
+        for signs in itertools.product((1.0, -1.0), repeat=3):
+            matrix = np.zeros((3, 3))
+            matrix[np.arange(3), order] = signs
+            if mirrored or np.linalg.det(matrix) > 0.0:
+                found.append(matrix)
+    return found
+
+
+def axes_text(axes: np.ndarray) -> list[str]:
+    """Rows of a signed permutation as `+x` ... `-z`."""
+    return [PANEL_NAMES[2 * int(np.argmax(np.abs(row))) + int(row[np.argmax(np.abs(row))] < 0.0)] for row in axes]

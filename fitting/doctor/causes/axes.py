@@ -12,10 +12,10 @@ from fitting.doctor.trial import Trial
 from fitting.measurements.groups import columns_of
 from fitting.parameters.names import STATE
 from fitting.solvers.refine import Refined
-from fitting.starts.conventions import signed_permutations
 from fitting.starts.multi_start import Starts
 from jaxsat.satellites.model import INERTIA_PLACE, MAGNET_PLACE
 from jaxsat.sensors import Magnetometer, Panels, Photodiodes
+from jaxsat.sensors.mounting import signed_permutations
 from jaxsat.telemetry.table.as_if import swaps_text
 
 STARTS = 16

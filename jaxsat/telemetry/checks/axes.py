@@ -1,30 +1,19 @@
 """Checks of axes and signs: which of the 48 ways of reading a sensor agrees with another one, before any fit."""
 
-import itertools
-
 import numpy as np
 from jaxtyping import Float
 
 from jaxsat.satellites.satellite import Satellite
 from jaxsat.sensors import Panels, Photodiodes
 from jaxsat.sensors.abstract import AbstractSensor
+from jaxsat.sensors.mounting import axes_text, signed_permutations
 from jaxsat.telemetry.checks.finding import Finding, finding
 from jaxsat.telemetry.table.as_if import swaps_text
 from jaxsat.telemetry.table.session import TableSession
 
 _CLEAR, _DISTINCT = 0.4, 0.7
 """How far the best way of reading is off over that of the file, and over the next best, at most, to be told."""
-_LETTERS = ("+x", "-x", "+y", "-y", "+z", "-z")
 Matrix = Float[np.ndarray, "3 3"]
-
-
-def signed_axes() -> list[Matrix]:
-    """The 48 matrices that carry the axes into each other, the unit matrix first."""
-    found = []
-    for order in itertools.permutations(range(3)):
-        for signs in itertools.product((1.0, -1.0), repeat=3):
-            found.append(np.array(signs)[:, None] * np.eye(3)[list(order)])
-    return found
 
 
 def check_handedness(satellite: Satellite, session: TableSession) -> list[Finding]:
@@ -46,12 +35,14 @@ def other_readings(
     expected: Float[np.ndarray, "n"],
 ) -> str:
     """What would make the angles between two sights those `expected` [rad], as options of a fit; empty if nothing."""
-    cosines = [np.einsum("ni,ni->n", seen[0] @ matrix.T, seen[1]) for matrix in signed_axes()]
+    # Of them the first is the file's own.
+    ways = signed_permutations(mirrored=True)
+    cosines = [np.einsum("ni,ni->n", seen[0] @ matrix.T, seen[1]) for matrix in ways]
     off = [float(np.degrees(np.median(np.abs(np.arccos(np.clip(c, -1.0, 1.0)) - expected)))) for c in cosines]
     best, second = np.argsort(off)[:2]
     if best == 0 or off[best] > min(_CLEAR * off[0], _DISTINCT * off[second]):
         return ""
-    matrix = signed_axes()[best]
+    matrix = ways[best]
     options = [
         text
         for name, turn in zip(names, (matrix, matrix.T), strict=True)
@@ -65,9 +56,7 @@ def reading_text(sensor: AbstractSensor, session: TableSession, name: str, turn:
     """The option by which what a sensor sees is turned by a matrix of signed axes; empty where there is none."""
     axes = _square_axes(sensor)
     if axes is not None:
-        # The largest of the six ways that a row can go is its own.
-        told = [_LETTERS[int(np.argmax(np.stack([row, -row], axis=1)))] for row in axes @ turn.T]
-        return f"--as axes:{name}:{''.join(told)}"
+        return f"--as axes:{name}:{''.join(axes_text(axes @ turn.T))}"
     if not isinstance(sensor, Panels | Photodiodes):
         return ""
     normals = np.asarray(sensor.normals, float)

@@ -9,7 +9,8 @@ from jaxtyping import Float
 
 from jaxsat.math.on_host import angles_between
 from jaxsat.satellites.satellite import Satellite
-from jaxsat.telemetry.checks.axes import reading_text, signed_axes
+from jaxsat.sensors.mounting import signed_permutations
+from jaxsat.telemetry.checks.axes import reading_text
 from jaxsat.telemetry.checks.finding import Finding, finding
 from jaxsat.telemetry.table.session import TableSession
 
@@ -69,7 +70,7 @@ def _told(
     numbers = {"scale": scale, "share_left": float(left[0])}
     best = int(np.argmin(left))
     if not turning.agrees and left[best] < min(_EXPLAINED, _CLEAR * left[0]):
-        matrix = signed_axes()[best]
+        matrix = signed_permutations(mirrored=True)[best]
         if right:
             # A direction of the other sign turns likewise: angles to other directions tell them apart.
             sensor = satellite.model.sensors[sight.name]
@@ -113,7 +114,7 @@ def _turning(satellite: Satellite, session: TableSession, name: str, sight: Sigh
     if sight.of == "field" and math.sqrt(squares / near.sum()) < _SLOW_RAD_S:
         return None
     scales, left = [], []
-    for matrix in signed_axes():
+    for matrix in signed_permutations(mirrored=True):
         expected = -np.cross(rate @ matrix.T, direction)
         # A negative scale is that of other signs, which stand in the list themselves.
         scale = max(float((turns * expected).sum() / max(float((expected**2).sum()), 1e-300)), 0.0)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fitting.starts.conventions import axes_text, signed_permutations
 from fitting.starts.ladder import finite_turn_rates, first_guesses, telling_samples
 from fitting.starts.sights import Directions, Sights
+from jaxsat.sensors.mounting import axes_text, signed_permutations
 
 RATE = np.radians([3.0, -6.0, 2.0])
 T = np.arange(40) * 2.0
