@@ -10,11 +10,8 @@ from fitting.doctor.bench import Bench
 from fitting.doctor.searches import along, anew
 from fitting.doctor.trial import Trial
 from fitting.measurements.problem import Problem
+from jaxsat.telemetry.table.stamps import odd_intervals
 
-ODD, ODD_S = 0.02, 1.5
-"""Of the usual interval, and seconds, by which an interval must be off a multiple of it to be odd."""
-MOST_JUMPS = 3
-"""Odd intervals beyond which the stamps are not regular."""
 STARTS = 32
 FAST = (-0.01, -0.004, 0.004, 0.01)
 MOST_FAST = 0.05
@@ -26,14 +23,9 @@ MOST_LATE_S = 30.0
 def jumping_stamps(bench: Bench) -> Iterator[Trial]:
     """Stamps that are regular but for an interval: from there on they are moved back to the usual pace."""
     t = bench.samples.t
-    intervals = np.diff(t)
-    usual = float(np.median(intervals))
-    odd = (intervals + 0.5 * usual) % usual - 0.5 * usual
-    places = np.flatnonzero(np.abs(odd) > max(ODD * usual, ODD_S))
-    if len(places) > MOST_JUMPS:
-        return
-    for place in places:
-        for late_s in (odd[place], odd[place] - np.sign(odd[place]) * usual):
+    usual = float(np.median(np.diff(t)))
+    for place, odd_s in zip(*odd_intervals(t), strict=True):
+        for late_s in (odd_s, odd_s - np.sign(odd_s) * usual):
             moved = t.copy()
             moved[place + 1 :] -= late_s
             if moved[place + 1] - moved[place] < 1.0:

@@ -8,12 +8,11 @@ from jaxsat.satellites.satellite import Satellite
 from jaxsat.significant import count_text, spans_text, unit_text
 from jaxsat.telemetry.checks.finding import Finding, finding, times_text
 from jaxsat.telemetry.table.session import Channel, TableSession
+from jaxsat.telemetry.table.stamps import odd_intervals
 
 _GAP = 5.0
 """Times the usual spacing."""
 _FEW = 10
-_ODD, _ODD_S, _MOST_JUMPS = 0.02, 1.5, 3
-"""Of the usual spacing, and seconds, by which an interval must be off a multiple of it; of more the pace is none."""
 
 
 def check_rows(session: TableSession) -> list[Finding]:
@@ -44,7 +43,7 @@ def check_spacing(channel: Channel, satellite: Satellite) -> list[Finding]:
         longest = spacing[gaps].max()
         text = f"{count_text(gaps.size, 'gap')} of more than {_GAP:g} times that, up to {longest:g} s, after "
         found.append(finding(about, text + times_text(t[gaps]), odd=longest > 0.1 * (t[-1] - t[0])))
-    found += _jumps(channel.name, t, usual)
+    found += _jumps(channel.name, t)
     step = _rounding(t)
     declared = satellite.time.resolution_s
     # Dropped readings leave whole multiples of the usual spacing.
@@ -55,14 +54,13 @@ def check_spacing(channel: Channel, satellite: Satellite) -> list[Finding]:
     return found
 
 
-def _jumps(about: str, t: np.ndarray, usual: float) -> list[Finding]:
+def _jumps(about: str, t: np.ndarray) -> list[Finding]:
     """Of stamps at one pace, intervals that are no multiple of it."""
-    odd = np.remainder(np.diff(t) + 0.5 * usual, usual) - 0.5 * usual
-    places = np.flatnonzero(np.abs(odd) > max(_ODD * usual, _ODD_S))
-    if not 0 < places.size <= _MOST_JUMPS or t.size < _FEW:
+    if t.size < _FEW:
         return []
-    told = "; ".join(f"by {odd[k]:+.1f} s after {t[k]:g} s (--as jump:{t[k]:.1f}:{odd[k]:.1f})" for k in places)
-    return [finding(about, f"stamps jump, or rows are lost and the pace with them: {told}", odd=True)]
+    odd = zip(*odd_intervals(t), strict=True)
+    told = "; ".join(f"by {late:+.1f} s after {t[k]:g} s (--as jump:{t[k]:.1f}:{late:.1f})" for k, late in odd)
+    return [finding(about, f"stamps jump, or rows are lost and the pace with them: {told}", odd=True)] if told else []
 
 
 def _rounding(t: np.ndarray) -> float | None:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import erfa
 import numpy as np
+from jaxtyping import Float
 
 from jaxsat.errors import InputError
 from jaxsat.satellites.sections.session import TimeSettings
@@ -19,6 +20,9 @@ _UNIX_0 = 2440587.5
 _FIRST, _LAST = -315619200.0, 7258118400.0
 _SCALE = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _DECIMALS = 9
+_ODD, _ODD_S, _MOST_ODD = 0.02, 1.5, 3
+"""Of the usual interval, and seconds, by which an interval must be off a multiple of it to be odd; of more such ones
+the stamps are not regular."""
 
 Instants = tuple[np.ndarray, np.ndarray]
 """TAI as two-part Julian dates [rows]; NaN where a row has no stamp."""
@@ -135,3 +139,15 @@ def _no_instant(cell: str, path: Path, row: int, column: str) -> InputError:
     return InputError(
         f"expected an instant such as 2020-11-21T20:58:01.250Z, found {shown}", file=path, row=row, field=column
     )
+
+
+def odd_intervals(t_s: Float[np.ndarray, "n"]) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of the intervals of regular stamps that are no multiple of the usual one, and what is left of each [s].
+
+    None where more than a few are.
+    """
+    usual = float(np.median(np.diff(t_s)))
+    left = np.remainder(np.diff(t_s) + 0.5 * usual, usual) - 0.5 * usual
+    odd = np.flatnonzero(np.abs(left) > max(_ODD * usual, _ODD_S))
+    odd = odd if len(odd) <= _MOST_ODD else odd[:0]
+    return odd, left[odd]
