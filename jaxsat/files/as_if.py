@@ -9,7 +9,7 @@ FORMS = {
     "axes": "axes:CHANNEL:+y-x+z: the body directions that its columns read",
     "without": "without:COLUMN: as if it were empty",
     "scaled": "scaled:CHANNEL:FACTOR: readings times the factor",
-    "offset": "offset:CHANNEL:NUMBER: readings less a constant, in the channel's unit",
+    "offset": "offset:CHANNEL:NUMBER: readings less a constant, in the channel's unit, light not below zero",
     "drifting": "drifting:CHANNEL:SHARE: readings divided by a line from 1 to 1 + SHARE over the session",
     "noise": "noise:CHANNEL:SIGMA: its noise, in the channel's unit",
     "late": "late:CHANNEL:SECONDS: its stamps are late by so much (of positions: `positions`)",

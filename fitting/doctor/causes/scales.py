@@ -10,6 +10,7 @@ from fitting.doctor.sensors import sunlit
 from fitting.doctor.trial import Trial
 from fitting.measurements.problem import Problem
 from fitting.outcome.result import FitResult
+from jaxsat.telemetry.table.as_if import drift, without_offset
 
 MOST_DRIFT = 0.6
 """Largest change of scale over the session that is tried."""
@@ -25,13 +26,12 @@ LARGEST = 5.0
 
 def drifting_scales(bench: Bench) -> Iterator[Trial]:
     """Faces whose readings all rise or fall with time: divided by it, they are those of a steady scale."""
-    t = bench.samples.t
-    share = (t - t[0]) / max(float(np.ptp(t)), 1.0)
     for name in sunlit(bench):
-        rows = bench.samples.values[name]
+        rows, channel = bench.samples.values[name], bench.samples.channels[name]
 
-        def changed(change: float, name=name, rows=rows) -> Problem:
-            return bench.rebuilt(bench.with_values(name, rows / (1.0 + change * share)[:, None]), same_sky=True)
+        def changed(change: float, name=name, rows=rows, channel=channel) -> Problem:
+            steady = rows / drift(channel, bench.samples.t, change)[:, None]
+            return bench.rebuilt(bench.with_values(name, steady), same_sky=True)
 
         found = along(bench, changed, 0.02, (-MOST_DRIFT, MOST_DRIFT))
         if found is None:
@@ -70,11 +70,6 @@ def offset_readings(bench: Bench) -> Iterator[Trial]:
             1,
             f"--as offset:{name}:{told}",
         )
-
-
-def without_offset(rows: np.ndarray, size: float) -> np.ndarray:
-    """Readings less a constant: none below zero, and none where one that was too small was cut off there."""
-    return np.maximum(rows - size, 0.0) if size > 0.0 else np.where(rows == 0.0, np.nan, rows - size)
 
 
 def other_noise(bench: Bench, result: FitResult) -> Iterator[Trial]:

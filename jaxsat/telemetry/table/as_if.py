@@ -14,6 +14,7 @@ import numpy as np
 from jaxsat.errors import InputError
 from jaxsat.files.as_if import DIRECTION, AsIf
 from jaxsat.satellites.satellite import Satellite
+from jaxsat.sensors import Panels, Photodiodes
 from jaxsat.telemetry.table.axes import from_earth_fixed
 from jaxsat.telemetry.table.session import Channel, TableSession
 from jaxsat.time import Epoch
@@ -92,8 +93,26 @@ def _without(satellite, session, name):
     channel = _holding(session, [name])
     values = np.array(channel.values)
     values[:, channel.columns.index(name)] = np.nan
+    return satellite, _with(session, _measured(channel, values))
+
+
+def _measured(channel: Channel, values: np.ndarray) -> Channel:
+    """The channel of other values, rows of which all are missing left out."""
     seen = np.isfinite(values).any(axis=1)
-    return satellite, _with(session, replace(channel, t_s=channel.t_s[seen], values=values[seen]))
+    return replace(channel, t_s=channel.t_s[seen], values=values[seen])
+
+
+def _offset(satellite, session, name, number):
+    channel, sensor = _channel(session, name), satellite.model.sensors[name]
+    size = float(number) / channel.to_unit
+    lit = isinstance(sensor, Panels | Photodiodes)
+    values = without_offset(channel.values, size) if lit else channel.values - size
+    return satellite, _with(session, _measured(channel, values))
+
+
+def without_offset(light: np.ndarray, size: float) -> np.ndarray:
+    """Readings of light less a constant: none below zero, and none where one that was too small was cut off there."""
+    return np.maximum(light - size, 0.0) if size > 0.0 else np.where(light == 0.0, np.nan, light - size)
 
 
 def _on_values(change: Callable[[Channel, float], np.ndarray]):
@@ -105,8 +124,12 @@ def _on_values(change: Callable[[Channel, float], np.ndarray]):
 
 
 def _drifting(channel: Channel, share: float) -> np.ndarray:
-    t = channel.t_s
-    return channel.values / (1.0 + share * (t - t[0]) / max(float(np.ptp(t)), 1.0))[:, None]
+    return channel.values / drift(channel, channel.t_s, share)[:, None]
+
+
+def drift(channel: Channel, t_s: np.ndarray, share: float) -> np.ndarray:
+    """Scale at times of one that goes from 1 to 1 + `share` while the channel measures."""
+    return 1.0 + share * (t_s - channel.t_s[0]) / max(float(np.ptp(channel.t_s)), 1.0)
 
 
 def _noise(satellite, session, name, sigma):
@@ -158,7 +181,7 @@ _CHANGES: dict[str, Callable[..., tuple[Satellite, TableSession]]] = {
     "axes": _axes,
     "without": _without,
     "scaled": _on_values(lambda channel, factor: channel.values * factor),
-    "offset": _on_values(lambda channel, size: channel.values - size / channel.to_unit),
+    "offset": _offset,
     "drifting": _on_values(_drifting),
     "noise": _noise,
     "late": _late,

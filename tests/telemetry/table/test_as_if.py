@@ -16,6 +16,15 @@ columns = ["gx", "gy", "gz"]
 unit = "deg/s"
 sigma = 0.1
 """
+DIODES = """
+[sensors.sun]
+kind = "photodiodes"
+normals = ["+x", "-x"]
+[channels.sun]
+columns = ["s1", "s2"]
+unit = "1"
+sigma = 0.02
+"""
 TEXT = (
     "utc,bx,by,bz,gx,gy,gz\n"
     "2021-05-01T00:00:00Z,100,200,300,1,2,3\n"
@@ -59,6 +68,19 @@ def test_readings_are_scaled_and_shifted_and_their_noise_is_another(told):
     assert session.channels["mag"].sigma == pytest.approx(7e-9)
     _, session = told("drifting:mag:-0.5")
     np.testing.assert_allclose(rows(session)[:, 0], [100, 110 / 0.75, 240])
+
+
+def test_light_less_a_constant_is_no_less_than_none(table, satellite):
+    """As the trial of that cause has it: dark stays dark, and of what was cut off at zero nobody knows the light."""
+    craft = satellite(more=DIODES)
+    session = read_tables(
+        table("utc,bx,by,bz,s1,s2\n2021-05-01T00:00:00Z,1,2,3,0.5,0\n2021-05-01T00:00:10Z,1,2,3,0,0\n"), craft
+    )
+    lower = taken_as(["offset:sun:0.1"], craft, session)[1].channels["sun"]
+    np.testing.assert_allclose(lower.values, [[0.4, 0.0], [0.0, 0.0]])
+    higher = taken_as(["offset:sun:-0.1"], craft, session)[1].channels["sun"]
+    np.testing.assert_allclose(higher.values, [[0.6, np.nan]])
+    assert higher.t_s.tolist() == [0.0]
 
 
 def test_stamps_are_moved(told):
