@@ -13,7 +13,6 @@ from fitting.fitted import Fit
 from fitting.outcome.looking import look
 from fitting.outcome.uncertainty import covariance
 from fitting.parameters.names import STATE
-from jaxsat.integrators import BLOCK
 
 PASS_GAP_S = 1800.0
 """Samples farther apart than this belong to two passes."""
@@ -38,7 +37,7 @@ def clustered_sigmas(fit: Fit) -> dict[str, tuple[float, float]]:
     point = jax.tree.map(lambda leaf: np.asarray(leaf)[0], best.refined.points)
     problem = best.problem
     last = int(np.flatnonzero(problem.valid)[-1])
-    blocks = np.asarray(-(-int(np.asarray(problem.grid.sample_index)[last]) // BLOCK))
+    blocks = problem.grid.blocks_to(last)
     found = look(problem, parameters.tree, np.asarray(point.x), np.asarray(point.reference), blocks)
     residual, jacobian = (np.asarray(array) for array in found[:2])
     n = len(samples.t)

@@ -27,7 +27,7 @@ from fitting.solvers.refine import Refined, refine
 from fitting.starts.multi_start import CHUNK, Starts
 from fitting.starts.sights import sights_of
 from jaxsat.given import Given
-from jaxsat.integrators import BLOCK, RK4, step_for
+from jaxsat.integrators import RK4, step_for
 from jaxsat.satellites import Satellite
 from jaxsat.telemetry import TableSession
 
@@ -207,7 +207,7 @@ class Bench:
     def look(self, problem: Problem, parameters: FreeParameters, x, reference) -> tuple[np.ndarray, np.ndarray]:
         """Residuals [samples channels] and their Jacobian by all unknowns."""
         last = int(np.flatnonzero(problem.valid)[-1])
-        blocks = np.asarray(-(-int(np.asarray(problem.grid.sample_index)[last]) // BLOCK))
+        blocks = problem.grid.blocks_to(last)
         return jax.device_get(look(problem, parameters.tree, x, reference, blocks)[:2])
 
     def columns(self, name: str) -> slice:

@@ -11,7 +11,22 @@ from fitting.measurements.floor import at_floor
 SCALE = 5.0
 """Residual [sigma] beyond which a reading counts linearly."""
 _at_floor = jax.jit(at_floor)
-"""One program in place of thirty."""
+
+
+def terms(residual: np.ndarray, floor: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Square, slope and curvature of what residuals cost (`at_floor`), by one program in place of thirty operations."""
+    square, slope, curvature = (np.asarray(each) for each in _at_floor(residual, floor))
+    return square, slope, curvature
+
+
+def robust(square: np.ndarray) -> np.ndarray:
+    """Squares that grow linearly beyond `SCALE`."""
+    return 2.0 * square / (1.0 + np.sqrt(1.0 + square / SCALE**2))
+
+
+def softened(weight: np.ndarray, square: np.ndarray) -> np.ndarray:
+    """Weights of readings in the slope of what is `robust`."""
+    return weight / np.sqrt(1.0 + square / SCALE**2)
 
 
 @dataclass(frozen=True)
@@ -34,9 +49,9 @@ class Score:
     @cached_property
     def _terms(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Rows that count: their number, Jacobian, slope and curvature of half of chi2."""
-        square, slope, curvature = (np.asarray(each) for each in _at_floor(self.residual, self.floor))
+        square, slope, curvature = terms(self.residual, self.floor)
         used = np.flatnonzero(self.weight.reshape(-1) > 0.0)
-        w = (self.weight / np.sqrt(1.0 + square / SCALE**2)).reshape(-1)[used]
+        w = softened(self.weight, square).reshape(-1)[used]
         J = self.jacobian.reshape(-1, self.jacobian.shape[-1])[used]
         return used, J, w * slope.reshape(-1)[used], w * curvature.reshape(-1)[used]
 
@@ -64,9 +79,8 @@ class Score:
         """Chi2, as far as it is not constant, that a step from other residuals [samples channels] would leave."""
         other = Score(residual, self.jacobian, self.weight, self.floor, self.x, self.has_prior)
         used, _, _, _ = other._terms
-        square = np.asarray(_at_floor(residual, self.floor)[0]).reshape(-1)[used]
-        robust = 2.0 * square / (1.0 + np.sqrt(1.0 + square / SCALE**2))
-        return float((self.weight.reshape(-1)[used] * robust).sum()) - other._base[2]
+        square = terms(residual, self.floor)[0].reshape(-1)[used]
+        return float((self.weight.reshape(-1)[used] * robust(square)).sum()) - other._base[2]
 
 
 def _solved(H: np.ndarray, gradient: np.ndarray) -> np.ndarray:

@@ -15,7 +15,6 @@ from fitting.parameters.free import FreeLeaves, FreeParameters
 from fitting.parameters.names import STATE
 from fitting.solvers.least_squares import Point, prior_information
 from fitting.stored import Stored
-from jaxsat.integrators import BLOCK
 from jaxsat.math import put
 from jaxsat.satellites.model import POLAR_PLACE, Model, Spot, array_at
 
@@ -133,7 +132,7 @@ def direct_readings(problem: Problem, seen: Look, names: Iterable[str]) -> dict[
 def look_at(problem: Problem, parameters: FreeParameters, best: Point) -> Look:
     """The minimum `best` (leaves without a starts axis) on its own problem."""
     last = int(np.flatnonzero(problem.valid)[-1])
-    blocks = np.asarray(-(-int(np.asarray(problem.grid.sample_index)[last]) // BLOCK))
+    blocks = problem.grid.blocks_to(last)
     x, reference = np.asarray(best.x), np.asarray(best.reference)
     residual, jacobian, q, w, rotation, values, values_jacobian = (
         np.asarray(array) for array in look(problem, parameters.tree, x, reference, blocks)

@@ -25,7 +25,6 @@ from fitting.solvers.least_squares import Settings, normal_equations, priors
 from fitting.solvers.refine import LIKELIHOODS, PLAIN, Refined
 from fitting.starts.multi_start import NONE
 from jaxsat.errors import InputError
-from jaxsat.integrators import BLOCK
 
 FIRST_STEP, ACCEPTANCE = 0.5, 0.8
 """Step of the whitened unknowns [sigma] that the warm-up begins with, and the acceptance that it aims at."""
@@ -197,7 +196,7 @@ def build_target(
     # What was held out takes no part in the cost.
     last = int(np.flatnonzero(np.asarray(best.weight).any(axis=1))[-1])
     settings = Settings(
-        blocks=np.asarray(-(-int(np.asarray(problem.grid.sample_index)[last]) // BLOCK)),
+        blocks=problem.grid.blocks_to(last),
         iterations=np.asarray(0),
         robust_scale=np.asarray(PLAIN),
         active=moving,

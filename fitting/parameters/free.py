@@ -4,9 +4,10 @@ Inside, a fit works on `x`: six unknowns of the state, then the shift of each fr
 of its prior sigma, those that move the satellite in front. Both kinds are padded to multiples of `PAD`.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
@@ -86,6 +87,12 @@ class FreeParameters:
         """[unknowns] prior sigma of each unknown after the state, SI; 0 for padding."""
         rows = np.maximum(self.columns, 0)
         return np.where(self.columns >= 0, np.asarray(self.tree.tangent)[rows, np.arange(len(rows))], 0.0)
+
+    def with_nominal(self, values: Mapping[int, float]) -> "FreeParameters":
+        """The same about other nominal values [SI] of some leaves, by their numbers."""
+        nominal = np.array(self.tree.nominal)
+        nominal[list(values)] = list(values.values())
+        return replace(self, tree=eqx.tree_at(lambda tree: tree.nominal, self.tree, nominal))
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest `x`; the state is unbounded."""

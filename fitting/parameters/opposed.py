@@ -4,9 +4,6 @@ There the components move and their size is held: on the way to the opposite the
 step knows its direction. So the fit is made once more about the opposite dipole.
 """
 
-from dataclasses import replace
-
-import equinox as eqx
 import numpy as np
 
 from fitting.parameters.free import FreeParameters
@@ -28,9 +25,8 @@ def is_opposed(parameters: FreeParameters, x_model: np.ndarray) -> bool:
 
 def turned_round(parameters: FreeParameters) -> FreeParameters:
     """The same about the opposite dipole."""
-    nominal = np.array(parameters.tree.nominal)
-    nominal[_components(parameters)] *= -1.0
-    return replace(parameters, tree=eqx.tree_at(lambda tree: tree.nominal, parameters.tree, nominal))
+    nominal = np.asarray(parameters.tree.nominal)
+    return parameters.with_nominal({k: -float(nominal[k]) for k in _components(parameters)})
 
 
 def _components(parameters: FreeParameters) -> list[int]:

@@ -62,6 +62,10 @@ class StepGrid(eqx.Module):
         index = np.pad(index, (0, -len(index) % pad_samples), mode="edge")
         return StepGrid(steps, _nodes(np.concatenate([[start], ends]), tableau), index)
 
+    def blocks_to(self, sample: int) -> Int[np.ndarray, ""]:
+        """Blocks of steps that lead to a sample, by its number."""
+        return np.asarray(-(-int(np.asarray(self.sample_index)[sample]) // BLOCK))
+
     @staticmethod
     def along(
         edges: Float[np.ndarray, " edges"], parts: Int[np.ndarray, " steps"], times: np.ndarray, tableau: Tableau

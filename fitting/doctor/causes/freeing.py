@@ -4,29 +4,29 @@ Where there is room among the unknowns of the fit's programs they run as they ar
 on the host, with the Jacobian of a few of its numbers at a time, and then held at what was found.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fitting.doctor.bench import Bench
+from fitting.doctor.score import robust, softened, terms
 from fitting.doctor.searches import PROMISE, anew
 from fitting.doctor.trial import WORTH, Trial
-from fitting.measurements.floor import at_floor
 from fitting.parameters.free import FreeParameters, free_parameters
 from fitting.parameters.names import STATE
 from fitting.parameters.tree import FreeLeaves
 from fitting.starts.multi_start import Starts
+from jaxsat.satellites.model import Leaf, Model
 
 STARTS = 32
 MOST = 3
 """Parts that are freed together."""
-ROUNDS, SCALE = 12, 5.0
-"""Steps on the host, and residual [sigma] beyond which a reading counts linearly there."""
+ROUNDS = 12
+"""Steps on the host."""
 FINISHED = 0.5
 """Saving of half a chi2 below which they end."""
 MEANINGS = {
@@ -116,37 +116,37 @@ def _freed(bench: Bench, numbers: list[int]) -> float | None:
 def chi2_in_room(bench: Bench, numbers: list[int]) -> float | None:
     """The same by the fit's own programs; None where they have not so many unknowns."""
     old = bench.parameters
-    names = [old.leaves[k].name for k in [*old.columns, *numbers] if k >= 0]
-    wider = free_parameters(
-        bench.problem.model, old.leaves, names, free_motion=old.free_motion, held=[g.name for g in old.tree.gauges]
-    )
+    wider, starts = widened(bench, bench.problem.model, old.leaves, numbers)
     if len(wider.columns) != len(old.columns) or wider.tree.moving != old.tree.moving:
         return None
+    chi2 = bench.best_of(bench.problem, bench.refitted(bench.problem, starts, parameters=wider))[0]
+    return chi2 if chi2 < bench.enough else min([chi2, *anew(bench, bench.samples, STARTS, parameters=wider)])
+
+
+def widened(
+    bench: Bench, model: Model, leaves: tuple[Leaf, ...], numbers: Sequence[int] = ()
+) -> tuple[FreeParameters, Starts]:
+    """What was free, and leaves of these numbers, of `leaves` that begin with the fit's; and its minima with them."""
+    old = bench.parameters
+    names = [leaves[k].name for k in [*old.columns, *numbers] if k >= 0]
+    held = [gauge.name for gauge in old.tree.gauges]
+    wider = free_parameters(model, leaves, names, free_motion=old.free_motion, held=held)
     x = np.zeros((len(bench.starts.x), len(wider.everything)))
     x[:, : len(STATE)] = bench.starts.x[:, : len(STATE)]
     for k, column in enumerate(old.columns):
         if column >= 0:
             x[:, len(STATE) + int(np.flatnonzero(wider.columns == column)[0])] = bench.starts.x[:, len(STATE) + k]
-    refined = bench.refitted(bench.problem, Starts(x, bench.starts.reference, np.zeros(len(x))), parameters=wider)
-    chi2 = bench.best_of(bench.problem, refined)[0]
-    return chi2 if chi2 < bench.enough else min([chi2, *anew(bench, bench.samples, STARTS, parameters=wider)])
+    return wider, Starts(x, bench.starts.reference, np.zeros(len(x)))
 
 
 def _beside(bench: Bench, numbers: list[int], start: int) -> float:
     """Chi2 with numbers of sensors settled on the host."""
     found, x, reference = _settled(bench, numbers, start)
-    parameters = with_nominal(bench.parameters, dict(zip(numbers, found, strict=True)))
+    parameters = bench.parameters.with_nominal(dict(zip(numbers, found, strict=True)))
     refined = bench.refitted(bench.problem, Starts(x[None], reference[None], np.zeros(1)), parameters=parameters)
     sigma = np.array([bench.parameters.leaves[k].loose for k in numbers])
     nominal = np.asarray(bench.parameters.tree.nominal)[numbers]
     return bench.best_of(bench.problem, refined)[0] + float((((found - nominal) / sigma) ** 2).sum())
-
-
-def with_nominal(parameters: FreeParameters, values: dict[int, float]) -> FreeParameters:
-    """The same with other nominal values of some leaves."""
-    nominal = np.array(parameters.tree.nominal)
-    nominal[list(values)] = list(values.values())
-    return replace(parameters, tree=eqx.tree_at(lambda tree: tree.nominal, parameters.tree, nominal))
 
 
 def _settled(bench: Bench, numbers: list[int], start: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -162,18 +162,16 @@ def _settled(bench: Bench, numbers: list[int], start: int) -> tuple[np.ndarray, 
     cost, damping, best = np.inf, 1e-2, (values, x, reference)
     system = None
     for _ in range(ROUNDS):
-        moved = with_nominal(parameters, dict(zip(numbers, values, strict=True)))
+        moved = parameters.with_nominal(dict(zip(numbers, values, strict=True)))
         residual, own = bench.look(problem, moved, x, reference)
         prior = np.concatenate([np.where(np.arange(len(x)) < len(STATE), 0.0, x)[base], (values - nominal) / sigma])
-        square, slope, curvature = (
-            np.asarray(each) for each in at_floor(jnp.asarray(residual), jnp.asarray(problem.floor))
-        )
-        trial = 0.5 * float((weight * 2.0 * square / (1.0 + np.sqrt(1.0 + square / SCALE**2))).sum() + prior @ prior)
+        square, slope, curvature = terms(residual, np.asarray(problem.floor))
+        trial = 0.5 * float((weight * robust(square)).sum() + prior @ prior)
         saved = cost - trial
         if saved > 0.0:
             cost, best, damping = trial, (values, x, reference), damping * 0.2
             J = np.concatenate([own[..., base], _jacobian(bench, moved, x, reference, numbers, sigma)], axis=-1)
-            w = weight / np.sqrt(1.0 + square / SCALE**2)
+            w = softened(weight, square)
             flat = J.reshape(-1, J.shape[-1])
             gradient = flat.T @ (w * slope).reshape(-1) + prior
             matrix = flat.T @ (flat * (w * curvature).reshape(-1, 1))

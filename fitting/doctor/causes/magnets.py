@@ -5,7 +5,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from fitting.doctor.bench import Bench
-from fitting.doctor.causes.freeing import with_nominal
 from fitting.doctor.searches import anew
 from fitting.doctor.trial import Trial
 from jaxsat.satellites.model import MAGNET_PLACE
@@ -31,7 +30,7 @@ def other_magnets(bench: Bench) -> Iterator[Trial]:
             moment = size * sign * np.eye(3)[axis]
             if np.linalg.norm(moment - nominal) < 0.5 * size:
                 continue
-            parameters = with_nominal(bench.parameters, dict(zip(numbers, moment.tolist(), strict=True)))
+            parameters = bench.parameters.with_nominal(dict(zip(numbers, moment.tolist(), strict=True)))
             for chi2 in anew(bench, bench.samples, STARTS, parameters=parameters):
                 told = ", ".join(f"{m:g}" for m in moment)
                 yield Trial(

@@ -13,12 +13,10 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.doctor.bench import Bench
-from fitting.doctor.causes.freeing import chi2_in_room
+from fitting.doctor.causes.freeing import chi2_in_room, widened
 from fitting.doctor.trial import Trial
 from fitting.identify import Minimum
-from fitting.parameters.free import free_parameters
-from fitting.parameters.names import STATE
-from fitting.starts.multi_start import Starts
+from jaxsat.constants import VACUUM_PERMEABILITY
 from jaxsat.math import cross
 from jaxsat.satellites.model import Leaf
 from jaxsat.spacecraft import HysteresisRods, Spacecraft
@@ -27,7 +25,6 @@ from jaxsat.torques.eddy_damping import eddy_damping_torque
 
 COERCIVE_FIELD, REMANENCE, SATURATION = 8.0, 0.02, 0.04
 """Of the soft magnetic rods that are tried along each body axis [A/m, T, T]; their volumes are free."""
-MU_0 = 4e-7 * np.pi
 WIDE = 5.0
 """Prior sigma over what would stop the satellite's spin within the session."""
 ALIKE = 1.25
@@ -93,7 +90,7 @@ def _part(key: str) -> str:
 
 def _with_part(bench: Bench) -> Bench:
     """The bench of a satellite with that part, and nothing of it free."""
-    old, craft = bench.parameters, bench.problem.model.spacecraft
+    craft = bench.problem.model.spacecraft
     part = MissingTorque(jnp.zeros(3), jnp.zeros(()), jnp.zeros(3))
     around, has_rods = replace(bench.around, pushed=True, field_rate=True), craft.hysteresis_rods is not None
     three = jnp.ones(3)
@@ -114,16 +111,8 @@ def _with_part(bench: Bench) -> Bench:
     place = f"spacecraft.parts.{len(craft.parts)}"
     places = {key: f"{place}.{key}" for key in ("constant", "eddy", "air")}
     places |= {} if has_rods else {"lag": "spacecraft.hysteresis_rods.volumes"}
-    leaves = (*old.leaves, *_leaves(bench, problem, places))
-    names = [old.leaves[k].name for k in old.columns if k >= 0]
-    held = [gauge.name for gauge in old.tree.gauges]
-    parameters = free_parameters(problem.model, leaves, names, free_motion=old.free_motion, held=held)
-    x = np.zeros((len(bench.starts.x), len(parameters.everything)))
-    x[:, : len(STATE)] = bench.starts.x[:, : len(STATE)]
-    for k, column in enumerate(old.columns):
-        if column >= 0:
-            x[:, len(STATE) + int(np.flatnonzero(parameters.columns == column)[0])] = bench.starts.x[:, len(STATE) + k]
-    starts = Starts(x, bench.starts.reference, np.zeros(len(x)))
+    leaves = (*bench.parameters.leaves, *_leaves(bench, problem, places))
+    parameters, starts = widened(bench, problem.model, leaves)
     own = replace(bench, around=around)
     refined = own.refitted(problem, starts, parameters=parameters)
     minimum = Minimum(bench.found.minima[0].convention, problem, refined)
@@ -143,7 +132,7 @@ def _leaves(bench: Bench, problem, places: dict[str, str]) -> list[Leaf]:
     sizes = {
         "constant": torque,
         "eddy": torque / (spin * field**2),
-        "lag": torque / field * MU_0 / REMANENCE,
+        "lag": torque / field * VACUUM_PERMEABILITY / REMANENCE,
         "air": torque / pressure,
     }
     units = {"constant": "N m", "eddy": "S m4", "lag": "m3", "air": "m3"}
