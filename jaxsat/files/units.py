@@ -4,7 +4,7 @@ import math
 import re
 from dataclasses import dataclass
 
-FIELD_UNITS = ("nT", "uT", "mT", "T", "mG", "G")
+_FIELD_UNITS = ("nT", "uT", "mT", "T", "mG", "G")
 """That magnetometers are read in."""
 _PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6}
 _PREFIXED: dict[str, tuple[float, dict[str, int]]] = {
@@ -98,3 +98,9 @@ def _quantity(powers: dict[str, int]) -> str:
 def _refusal(text: str) -> str:
     known = "nT, uT, G, mA, V, deg, deg/s, rpm, km, 1, or '12.5 nT' a count"
     return f"unknown unit {text[:24]!r}; expected one such as {known}"
+
+
+def field_unit(ratio: float, written: str) -> str | None:
+    """The unit in which a field that is `ratio` times too large in the unit `written` would be right; None if none."""
+    factor = parsed_unit(written).factor
+    return next((unit for unit in _FIELD_UNITS if 0.7 < ratio * parsed_unit(unit).factor / factor < 1.4), None)

@@ -1,4 +1,4 @@
-"""Readings in another unit than the file says: rad/s for deg/s, nT for uT."""
+"""Readings in another unit than the file says: rad/s for deg/s, mG for uT."""
 
 from collections.abc import Iterator
 
@@ -7,7 +7,8 @@ import numpy as np
 from fitting.doctor.bench import Bench
 from fitting.doctor.searches import anew
 from fitting.doctor.trial import Trial
-from jaxsat.sensors import Gyroscope, Magnetometer
+from fitting.measurements.units import field_ratio
+from jaxsat.sensors import Gyroscope
 
 STARTS = 32
 RATES = (np.degrees(1.0), np.radians(1.0), 1e3, 1e-3, 6.0, 1.0 / 6.0)
@@ -23,9 +24,10 @@ def other_units(bench: Bench) -> Iterator[Trial]:
         if channel.witness:
             continue
         factors: tuple[float, ...] = ()
-        if isinstance(sensor, Magnetometer) and not sensor.unit_vector and rows.shape[1] == 3:
-            field = np.linalg.norm(np.asarray(bench.problem.sky.b_field_eci)[: len(rows)], axis=1)
-            power = float(np.log10(np.nanmedian(np.linalg.norm(rows, axis=1) / field)))
+        ratio = field_ratio(bench.problem, bench.samples, name)
+        if ratio is not None:
+            # What is off by far is refused before the search.
+            power = float(np.log10(ratio))
             factors = (10.0 ** -round(power),) if round(power) and abs(power - round(power)) < NEAR else ()
         elif isinstance(sensor, Gyroscope):
             factors = RATES
@@ -34,7 +36,7 @@ def other_units(bench: Bench) -> Iterator[Trial]:
                 yield Trial(
                     "unit",
                     f"readings of {name} times {factor:.6g} fit",
-                    f"its unit is not {channel.unit!r}: as rad/s for deg/s, nT for uT",
+                    f"its unit is not {channel.unit!r}: as rad/s for deg/s, mG for uT",
                     chi2,
                     1,
                     f"--as scaled:{name}:{factor:.8g}",

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from jaxsat.files.units import FIELD_UNITS, parsed_unit
+from jaxsat.files.units import field_unit
 from jaxsat.sensors import Gyroscope, Magnetometer, Panels, Photodiodes, StarTracker, SunVector
 from jaxsat.sensors.abstract import AbstractSensor
 from jaxsat.sensors.mounting import vectors_of
@@ -71,9 +71,8 @@ def _field(sensor: Magnetometer, channel: Channel, around: Around) -> list[Findi
     shown = f"|B| over that of IGRF {middle:.3g} in the middle, spread {100 * spread / middle:.1f} %"
     numbers = {"ratio_to_igrf": middle, "spread_of_ratio": spread}
     if not 0.7 < middle < 1.4:
-        written = parsed_unit(channel.unit)
-        fits = [unit for unit in FIELD_UNITS if 0.7 < middle * parsed_unit(unit).factor / written.factor < 1.4]
-        hint = f"; as {fits[0]} it would fit" if fits else ""
+        unit = field_unit(middle, channel.unit)
+        hint = f"; as {unit} it would fit" if unit else ""
         return [finding(channel.name, f"{shown}: is the unit {channel.unit!r} right?{hint}", odd=True, numbers=numbers)]
     found = [finding(channel.name, shown, odd=spread > 0.15, numbers=numbers)]
     if spread > 0.15:
