@@ -22,6 +22,7 @@ from jaxsat.math import inverse_3x3
 from jaxsat.simulate.by_turns import move_lanes
 from jaxsat.simulate.checks import check_table
 from jaxsat.simulate.course import Layout, lay_course
+from jaxsat.simulate.lane_loop import WIDE
 from jaxsat.simulate.on_grid import trajectory
 from jaxsat.simulate.parts import Absent, advance_parts, parts_of, varying
 from jaxsat.simulate.rates import fastest_rate
@@ -110,8 +111,9 @@ class Batch:
             return first_reach(tolerance, DORMAND_PRINCE_8.order, TURN_REACH, math.inf)
         return first_reach(tolerance, ORDER, ADAMS_REACH, STABLE)
 
-    def step_within(self, tolerance: float, rates: Float[np.ndarray, " cases"]) -> tuple[float, float]:
+    def step_within(self, tolerance: float) -> tuple[float, float]:
         """Step [s] with which the pilot chunk is within the tolerance, and the pilot's error [rad]."""
+        rates = self.rates
         fastest = np.argsort(rates)[::-1][: (self.chunk + 1) // 2]
         spread = np.linspace(0, self.cases - 1, self.chunk - len(fastest)).astype(int)
         pilot = np.concatenate([fastest, spread])
@@ -147,6 +149,7 @@ class Batch:
             left = left[(error > tolerance) & (before > 1.2 * LEAST_REACH)]
         return found, errors
 
+    @functools.cached_property
     def rates(self) -> Float[np.ndarray, " cases"]:
         """Rate scale of each case's coming motion [rad/s]."""
         table = tabulated(self.surroundings, np.array([self.start]))
@@ -165,7 +168,7 @@ class Batch:
         """The same in lanes, with steps of `reach` over the rate of each motion and at most `max_step` [s]."""
         layout, varies = self.layout, self.varies
         # Lanes wait for the slowest of their chunk.
-        order = np.argsort(self.rates()[chosen] / np.minimum(reach, 1.0), kind="stable")
+        order = np.argsort(self.rates[chosen] / np.minimum(reach, 1.0), kind="stable")
 
         def one(places):
             numbers = chosen[places]
@@ -250,6 +253,4 @@ def _advance_chunk(parts, like, body, table, grid, count, body_varies, absent, l
     )
 
 
-# The compiler prefers half of a 512-bit register, which costs a third of the speed; narrower processors do not mind.
-_OPTIONS: dict = {"compiler_options": {"xla_cpu_prefer_vector_width": 512}}
-_advance = eqx.filter_jit(_advance_chunk, **_OPTIONS)
+_advance = eqx.filter_jit(_advance_chunk, **WIDE)

@@ -21,6 +21,8 @@ from jaxsat.math.weighted_sum import weighted_sum
 from jaxsat.simulate.lanes import Lane, Mark, Own, Taken, planned, settled, slope, started
 from jaxsat.torques.branches import lag_from_nearness
 
+WIDE: dict = {"compiler_options": {"xla_cpu_prefer_vector_width": 512}}
+"""The compiler prefers half of a 512-bit register, a third slower; narrower processors do not mind."""
 STRETCH = 8192
 """Passes between two looks of the host."""
 BRIEF = 1e-9
@@ -117,11 +119,9 @@ def _stretch(run: Run, own: Own, course: Course, tableau: Tableau, varies: bool,
     return within(loop)(run)
 
 
-# The compiler prefers half of a 512-bit register; narrower processors do not mind.
-_OPTIONS: dict = {"compiler_options": {"xla_cpu_prefer_vector_width": 512}}
 _onward = first_that_compiles(
-    eqx.filter_jit(functools.partial(_stretch, within=in_one_function), **_OPTIONS),
-    eqx.filter_jit(functools.partial(_stretch, within=lambda loop: loop), **_OPTIONS),
+    eqx.filter_jit(functools.partial(_stretch, within=in_one_function), **WIDE),
+    eqx.filter_jit(functools.partial(_stretch, within=lambda loop: loop), **WIDE),
 )
 
 

@@ -63,7 +63,7 @@ def simulate_many(
     shared = (surroundings, times, float(start), torques, tolerance, chunk)
     batch, error = Batch(spacecraft, initial, *shared).of(kept), None
     if max_step is None:
-        rates = batch.rates()
+        rates = batch.rates
         # A rate that no step follows would make all others wait for it.
         followed = rates * np.abs(times - start).max(initial=0.0) < MOST_STEPS * batch.first_reach(tolerance)
         batch, kept = batch.of(np.flatnonzero(followed)), kept[followed]
@@ -74,7 +74,7 @@ def simulate_many(
     elif kept.size and batch.in_lanes:
         found[kept], errors[kept] = batch.lanes_within(tolerance)
     elif kept.size:
-        step, error = batch.step_within(tolerance, rates[followed])
+        step, error = batch.step_within(tolerance)
         found[kept] = batch.run(np.arange(kept.size), step)
     motion = trajectory(found, error, batch.rods)
     if max_step is None and batch.in_lanes:

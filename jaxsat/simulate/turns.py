@@ -18,9 +18,6 @@ from jaxsat.torques import induction_from_lag, lag_along_branch
 from jaxsat.torques.abstract import required
 from jaxsat.torques.hysteresis import field_along_rods, moment_of_induction
 
-TURN_ORDER = 4
-"""Power of the step with which the error falls that is left at a turn."""
-
 
 class RodFields(eqx.Module):
     """The field along each rod at one end of a step."""
