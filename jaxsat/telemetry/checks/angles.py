@@ -1,7 +1,6 @@
 """Check of angles between what two sensors see: known from the orbit, or with a star tracker from its attitude."""
 
 import math
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -13,48 +12,15 @@ from jaxsat.satellites.satellite import Satellite
 from jaxsat.telemetry.checks.around import Around
 from jaxsat.telemetry.checks.axes import other_readings
 from jaxsat.telemetry.checks.finding import Finding, finding
-from jaxsat.telemetry.checks.gyros import Sight, check_gyroscope
+from jaxsat.telemetry.checks.gyros import check_gyroscope
+from jaxsat.telemetry.checks.sights import Sight
 from jaxsat.telemetry.table.session import TableSession
 
-_SAME_S = 0.01
-_NEAR_STEPS, _NEAR_RAD = 3.0, math.radians(30.0)
-"""Between two readings, no further apart than this in usual spacings and in angle, a direction is known too."""
 _LARGEST_DEG = 10.0
 _FEW = 5
 _TOO_FAR_DEG = 60.0
 """Directions at random are 90 deg apart."""
 _NAMES = {"field": "field", "sun": "Sun", "nadir": "nadir"}
-
-
-@dataclass(frozen=True)
-class _Sight:
-    """Directions that a sensor sees, or attitudes."""
-
-    name: str
-    of: str
-    """`field`, `sun`, `nadir` or `attitude`."""
-    t: Float[np.ndarray, "n"]
-    seen: Float[np.ndarray, "n of"]
-    """Unit vectors in body axes, or quaternions."""
-    sigma: Float[np.ndarray, "n"]
-    """[rad]"""
-
-    def at(self, t: Float[np.ndarray, "m"]) -> tuple[Float[np.ndarray, "m 3"], Float[np.ndarray, "m"]]:
-        """The directions at other times and their sigma, NaN where no readings are near."""
-        right = np.clip(np.searchsorted(self.t, t), 1, max(self.t.size - 1, 1))
-        if self.t.size < 2:
-            right = np.zeros(t.size, int)
-        left = np.maximum(right - 1, 0)
-        nearest = np.where(np.abs(self.t[left] - t) < np.abs(self.t[right] - t), left, right)
-        span = self.t[right] - self.t[left]
-        share = np.where(span > 0.0, (t - self.t[left]) / np.where(span > 0.0, span, 1.0), 0.0)
-        between = (share > 0.0) & (share < 1.0)
-        between &= span <= _NEAR_STEPS * (np.median(np.diff(self.t)) if self.t.size > 1 else 0.0)
-        between &= angles_between(self.seen[left], self.seen[right]) < _NEAR_RAD
-        carried = (1.0 - share)[:, None] * self.seen[left] + share[:, None] * self.seen[right]
-        same = np.abs(self.t[nearest] - t) <= _SAME_S
-        found = np.where(same[:, None], self.seen[nearest], np.where(between[:, None], carried, np.nan))
-        return found / np.linalg.norm(found, axis=1, keepdims=True), self.sigma[nearest]
 
 
 def check_angles(satellite: Satellite, session: TableSession, around: Around) -> list[Finding]:
@@ -67,7 +33,7 @@ def check_angles(satellite: Satellite, session: TableSession, around: Around) ->
         elif one.of != two.of:
             found += _apart(one, two, satellite, session, around)
     lit = [(each, _usable((each,), each.t, around)) for each in sights if each.of in ("sun", "field")]
-    directions = [Sight(each.name, each.of, each.t[used], each.seen[used]) for each, used in lit]
+    directions = [each.part(used) for each, used in lit]
     for name in session.channels:
         if satellite.model.sensors[name].sees == "rate":
             found += check_gyroscope(satellite, session, name, directions)
@@ -101,7 +67,7 @@ def check_turning(satellite: Satellite, session: TableSession) -> list[Finding]:
     return found
 
 
-def _seen(name: str, satellite: Satellite, session: TableSession) -> _Sight | None:
+def _seen(name: str, satellite: Satellite, session: TableSession) -> Sight | None:
     sensor, channel = satellite.model.sensors[name], session.channels[name]
     what = sensor.sees
     if what is None or what not in (*_NAMES, "attitude") or name in satellite.conventions or not channel.t_s.size:
@@ -111,10 +77,10 @@ def _seen(name: str, satellite: Satellite, session: TableSession) -> _Sight | No
         return None
     seen, sigma = (np.asarray(each) for each in told)
     known = np.isfinite(seen).all(axis=1)
-    return _Sight(name, what, channel.t_s[known], seen[known], sigma[known]) if known.any() else None
+    return Sight(name, what, channel.t_s[known], seen[known], sigma[known]) if known.any() else None
 
 
-def _apart(one: _Sight, two: _Sight, satellite: Satellite, session: TableSession, around: Around) -> list[Finding]:
+def _apart(one: Sight, two: Sight, satellite: Satellite, session: TableSession, around: Around) -> list[Finding]:
     second, second_sigma = two.at(one.t)
     used = np.isfinite(second).all(axis=1) & _usable((one, two), one.t, around)
     if used.sum() < _FEW:
@@ -142,7 +108,7 @@ def _apart(one: _Sight, two: _Sight, satellite: Satellite, session: TableSession
     ]
 
 
-def _against_stars(one: _Sight, stars: _Sight, around: Around) -> list[Finding]:
+def _against_stars(one: Sight, stars: Sight, around: Around) -> list[Finding]:
     """Whether a direction is where the attitude of a star tracker puts it."""
     measured, sigma = one.at(stars.t)
     used = np.isfinite(measured).all(axis=1) & _usable((one,), stars.t, around)
@@ -167,7 +133,7 @@ def _against_stars(one: _Sight, stars: _Sight, around: Around) -> list[Finding]:
     return [finding(f"{one.name}, {stars.name}", text, odd=off > largest, numbers=numbers)]
 
 
-def _usable(sights: tuple[_Sight, ...], t: Float[np.ndarray, "n"], around: Around) -> Bool[np.ndarray, "n"]:
+def _usable(sights: tuple[Sight, ...], t: Float[np.ndarray, "n"], around: Around) -> Bool[np.ndarray, "n"]:
     """Sensors of the Sun tell nothing in the shadow."""
     if not any(each.of == "sun" for each in sights):
         return np.ones(t.size, dtype=bool)

@@ -12,6 +12,7 @@ from jaxsat.satellites.satellite import Satellite
 from jaxsat.sensors.mounting import signed_permutations
 from jaxsat.telemetry.checks.axes import reading_text
 from jaxsat.telemetry.checks.finding import Finding, finding
+from jaxsat.telemetry.checks.sights import Sight
 from jaxsat.telemetry.table.session import TableSession
 
 _FEW = 20
@@ -23,18 +24,6 @@ _AGREES = 0.7, 1.4
 _EXPLAINED, _CLEAR = 0.3, 0.5
 """Share of the squares that may be left over; and over that of the axes as they are, to tell others."""
 _UNITS = {math.degrees(1.0): "as rad/s", math.radians(1.0): "as deg/s", 1e3: "times 1000", 1e-3: "times 0.001"}
-
-
-@dataclass(frozen=True)
-class Sight:
-    """Directions that a sensor sees."""
-
-    name: str
-    of: str
-    """`field` or `sun`."""
-    t: Float[np.ndarray, "n"]
-    seen: Float[np.ndarray, "n 3"]
-    """Unit vectors, body axes."""
 
 
 @dataclass(frozen=True)
