@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import jax
@@ -12,7 +13,7 @@ from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
 from fitting.session import PreparedSession
-from jaxsat.environment import magnetic_field_eci
+from jaxsat.environment import CylinderShadow, magnetic_field_eci
 from jaxsat.files.json_files import plain
 from jaxsat.panel_names import PANEL_COLOURS
 from jaxsat.plotting import draw_turn_in_space
@@ -50,11 +51,10 @@ class Surroundings:
         sun = np.asarray(prepared.sun_eci(np.array([t_s]))[0])
         return Surroundings(t_s, radius, position / radius, velocity[0], sun, np.asarray(field), greenwich)
 
-    @property
+    @cached_property
     def lit(self) -> np.ndarray:
         """[points] bool: where the orbit is in sunlight, the shadow being a cylinder."""
-        across = np.linalg.norm(self.ellipse - (self.ellipse @ self.sun)[:, None] * self.sun, axis=1)
-        return (self.ellipse @ self.sun > 0.0) | (across > 1.0)
+        return np.asarray(jax.jit(jax.vmap(CylinderShadow(1.0), (0, None)))(self.ellipse, self.sun)) > 0.0
 
     def picture(self, q: np.ndarray, angles_deg: Sequence[float], *, title: str, subtitle: str) -> Figure:
         """The picture of attitudes [angles 4], the first of them large."""
