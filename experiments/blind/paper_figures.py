@@ -27,6 +27,7 @@ import fitting
 from fitting.outcome.result import FitResult
 from fitting.settings import AdaptiveRules, FitSettings
 from jaxsat.given import Earth, Given
+from jaxsat.panel_names import PANEL_NAMES
 from jaxsat.plotting.style import INK, dress, new_figure
 from jaxsat.satellites import read_numbers
 from jaxsat.satellites.described import Readings, described
@@ -38,7 +39,6 @@ jax.config.update("jax_enable_x64", True)
 SHOWN = ("rods", "imax", "magnet")
 RESIDUALS = {"13, 14": ("14", "+x", "-x"), "15, 16": ("16", "+x", "-x"), "17, 18": ("18", "+z", "-z")}
 """Figures of residual currents by the figures of their settings, and the two panels that they show."""
-PANELS = ("+x", "-x", "+y", "-y", "+z", "-z")
 COLOURS = {"paper": "#c0392b", "ours": "#2340a8"}
 BODY = ("xx", "yy", "zz", "xy", "xz", "yz")
 WAYS = {
@@ -176,7 +176,7 @@ def residual_picture(cases: list[dict[str, Any]], path: Path) -> None:
         for way, colour in COLOURS.items():
             cells = case[way].channels["cells"]
             for panel, style in zip(pair, ("-", "--"), strict=True):
-                k = PANELS.index(panel)
+                k = PANEL_NAMES.index(panel)
                 residual = cells.measured[:, k] - cells.modelled[:, k]
                 axes.plot(cells.t_s, residual, style, color=colour, linewidth=1.1, label=f"{way}, {panel}")
         axes.set_title(f"fig. {name}: {case['setting'].free}, {case['setting'].until_s:g} s", fontsize=9)
