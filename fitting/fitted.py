@@ -17,6 +17,7 @@ from fitting.outcome.looking import Look, look_at
 from fitting.outcome.result import FitResult
 from fitting.outcome.uncertainty import at_bound, covariance
 from fitting.profile.profile import Profile
+from fitting.report.fit.drawing import Draw, draw_all
 from fitting.report.fit.owned import owned_files
 from fitting.report.fit.surroundings import Surroundings
 from fitting.settings import FitSettings
@@ -124,11 +125,11 @@ class Fit:
         """
         directory = Path(directory)
         with staged_directory(directory, owned_files(directory, self.result.channels)) as stage:
-            return self.write_into(stage, plots=plots)
+            return self.write_into(stage, draw=draw_all if plots else None)
 
-    def write_into(self, stage: Path, *, plots: bool = True) -> list[str]:
-        """Writes the same into an empty directory; returns warnings."""
-        # Matplotlib is wanted here for the first time.
+    def write_into(self, stage: Path, *, draw: Draw | None) -> list[str]:
+        """Writes the same into an empty directory, with pictures by `draw` if any; returns warnings."""
+        # What makes pages is wanted here for the first time.
         from fitting.report.fit.files import write_fit
 
         return write_fit(
@@ -139,7 +140,7 @@ class Fit:
             epoch=self.session.epoch,
             session=self.session,
             settings=self.settings.model_dump(mode="json"),
-            plots=plots,
+            draw=draw,
             surroundings=self.surroundings(),
             orbit_fit=self.orbit_fit,
             satellite=self.satellite,

@@ -25,7 +25,7 @@ from fitting.starts.growing import FIRST_ARC, Run, grow
 from fitting.starts.guess import Guess, Placed, place
 from fitting.starts.ladder import directed_samples, first_guesses, telling_samples
 from fitting.starts.mounting import with_turns
-from fitting.starts.multi_start import Progress, Starts, compile_solvers
+from fitting.starts.multi_start import Progress, Starts, compile_solvers, rates_of
 from fitting.starts.sights import Sights, sights_of
 from fitting.starts.silent import Silent, silent_panels
 from fitting.starts.stretches import longest_stretch
@@ -147,7 +147,7 @@ def identify(
         ]
 
     def best_of(runs: list[Run]) -> list[Minimum]:
-        fine_step = _fine_step(_first_spins(runs), settings.step_s, whole_span)
+        fine_step = _fine_step([search.spin(run) for run in runs], settings.step_s, whole_span)
         longest = max(min(step, fine_step), finest)
         starts = [(run.convention, run.starts) for run in runs]
         if begin > 0:
@@ -223,6 +223,13 @@ class _Search:
             run.starts = with_turns(run.starts, run.problem, self.seeing, self.parameters)
         return runs, False
 
+    def spin(self, run: Run) -> float:
+        """Fastest of the survivors of a run as they begin, and of the best one on its way [rad/s]."""
+        starts, last = run.starts, len(self.seeing.t) - 1
+        begin = RATE_UNIT * np.linalg.norm(starts.x[candidates(starts.cost), 3:6], axis=1)
+        onward = rates_of(run.problem, self.parameters, last, starts.take(np.array([0])), self.use)
+        return float(max(begin.max(), onward.max()))
+
     def _grown(self, runs: list[Run], effort: int = 1) -> bool:
         last = len(self.seeing.t) - 1
         return grow(runs, self.seen, last, self.parameters, self.use, self.progress, effort=effort)
@@ -261,13 +268,6 @@ def seen_rate(sights: Sights) -> float:
             # A direction that turns with the body at less than its whole rate: the axis may lie near it.
             fastest = max(fastest, 1.3 * float(np.quantile(angle / np.diff(sights.t[good]), 0.8)))
     return fastest
-
-
-def _first_spins(runs: list[Run]) -> list[float]:
-    """Fastest of the survivors of each run, as they begin [rad/s]."""
-    return [
-        float(RATE_UNIT * np.linalg.norm(run.starts.x[candidates(run.starts.cost), 3:6], axis=1).max()) for run in runs
-    ]
 
 
 def _spins(found: list[Minimum], fitted: int) -> list[float]:

@@ -98,6 +98,17 @@ def advance(
     return Starts(*points)
 
 
+def rates_of(
+    problem: AbstractProblem, parameters: FreeParameters, last: int, starts: Starts, weight: np.ndarray
+) -> np.ndarray:
+    """[starts samples] rate of each motion up to sample `last` [rad/s]."""
+    # Evaluated and not moved.
+    stage = Stage(last, len(starts.cost), 0, NONE, parameters.everything)
+    common = (stage, starts.x, starts.reference, weight)
+    rates = _solve(problem, parameters, *common, lambda point: point.prediction.angular_velocity)
+    return np.linalg.norm(rates[:, : last + 1], axis=-1)
+
+
 def _solve(problem, parameters, stage, x, reference, weight, select: Callable[[Point], Any]) -> Any:
     """What `select` takes of the minima of any number of starts.
 

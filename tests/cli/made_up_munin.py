@@ -7,6 +7,7 @@ import numpy as np
 
 from fitting.outcome.result import FITS, ChannelFit, FitResult, FittedParameter, Holdout
 from fitting.outcome.series import panel_residuals, slots
+from fitting.report.fit.drawing import draw_all
 from fitting.report.fit.files import write_fit
 from fitting.report.fit.owned import owned_files
 from fitting.report.fit.surroundings import Surroundings
@@ -145,7 +146,7 @@ def write_munin(directory: Path, result: FitResult | None = None, *, plots: bool
             epoch=session.epoch,
             session=session,
             settings=FitSettings().model_dump(mode="json"),
-            plots=plots,
+            draw=draw_all if plots else None,
             surroundings=munin_surroundings(len(result.t_s)),
             orbit_fit=surroundings(satellite, session)[1],
             satellite=satellite,

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 from fitting.orbit.orbit_fit import OrbitFit
 from fitting.outcome.result import FitResult
 from fitting.report.fit.document import fit_document
+from fitting.report.fit.drawing import Draw
 from fitting.report.fit.owned import file_stems
 from fitting.report.fit.page import fit_page
-from fitting.report.fit.pictures import draw_fit
-from fitting.report.fit.profiles import draw_profiles
 from fitting.report.fit.surroundings import Surroundings
 from fitting.report.fit.tables import ATTITUDE_COLUMNS, write_attitude, write_channel
 from fitting.report.orbit_document import elements_document
@@ -33,7 +32,7 @@ def write_fit(
     epoch: Epoch,
     session: TableSession,
     settings: Mapping[str, Any],
-    plots: bool,
+    draw: Draw | None,
     surroundings: Surroundings | None = None,
     orbit_fit: OrbitFit | None = None,
     satellite: Satellite | None = None,
@@ -43,11 +42,12 @@ def write_fit(
     """Writes the files of one fit into the empty directory `stage`; returns warnings.
 
     `telemetry` and `label` are the session as it was named and for people; `settings` holds the settings of the fit,
-    its `seed` among them; `surroundings` are what the orbit and the page's view of the motion come from: without them
-    there are none. `orbit_fit` is the orbit where it was fitted to positions; `remarks` are warnings so far.
+    its `seed` among them; `draw` makes the pictures, if there are to be any; `surroundings` are what the orbit and the
+    page's view of the motion come from: without them there are none. `orbit_fit` is the orbit where it was fitted to
+    positions; `remarks` are warnings so far.
     """
     scene = None if surroundings is None else surroundings.scene(result)
-    pictures = {**draw_fit(result, label, scene), **draw_profiles(profiles, label)} if plots else {}
+    pictures = {} if draw is None else draw(result, label, scene, profiles)
     name = session.object_name or ("" if satellite is None else satellite.name)
     for file, png in pictures.items():
         (stage / file).write_bytes(png)

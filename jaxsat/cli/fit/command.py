@@ -184,15 +184,16 @@ def fit(
         talk.note(f"no file given: fitting the bundled synthetic session {BUNDLED.name}")
         files = [BUNDLED]
     clock = Clock(began, time.perf_counter() - began)
-    asked = {"clock": clock, "plots": plots, "causes": causes, "profiles": tuple(profile or ()), "talk": talk}
+    asked = {"clock": clock, "causes": causes, "profiles": tuple(profile or ()), "talk": talk}
     asked["as_if"] = tuple(as_if or ())
     # Tables are joined by time, RAW_SUN files are sessions by themselves.
     if satellite is not None or len(files) == 1:
+        from fitting.report.fit.drawing import draw_all
         from fitting.starts.guess_files import read_guess
 
         begin = None if guess is None else read_guess(guess)
-        return fit_one(files, out, read, **asked, guess=begin)().exit_status
+        return fit_one(files, out, read, **asked, draw=draw_all if plots else None, guess=begin)().exit_status
 
     from jaxsat.cli.fit.many import fit_many
 
-    return fit_many(files, out, read, **asked)
+    return fit_many(files, out, read, **asked, plots=plots)

@@ -5,6 +5,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -38,16 +39,18 @@ def fit_many(
     Worst is bad input (1), then not converged (3). Each directory is whole or absent, whenever the run is stopped.
     Raises `InputError` where not even the summary can be written.
     """
+    from fitting.report.fit.drawing import DrawingProcess
     from jaxsat.cli.fit.text import files_summary
     from jaxsat.files.publishing import refuse_folders
 
     refuse_folders(out, [SUMMARY])
     writing: list[Future[Outcome]] = []
-    # Pictures are Python's work and a fit is XLA's: each is drawn while the next file is fitted.
-    with ThreadPoolExecutor(1, thread_name_prefix="write") as writer:
+    drawing = DrawingProcess() if plots else nullcontext()
+    # Each is drawn and written while the next file is fitted.
+    with drawing as draw, ThreadPoolExecutor(1, thread_name_prefix="write") as writer:
         for number, (path, name) in enumerate(zip(files, directory_names(files), strict=True)):
             own, directory = clock if number == 0 else Clock(time.perf_counter(), 0.0), out / name
-            how = {"clock": own, "plots": plots, "profiles": profiles, "causes": causes, "as_if": as_if, "talk": talk}
+            how = {"clock": own, "draw": draw, "profiles": profiles, "causes": causes, "as_if": as_if, "talk": talk}
             failed = partial(_failed, path, directory)
             # A defect that one file brings to light must not cost the others their night's run.
             try:

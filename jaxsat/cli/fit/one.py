@@ -14,6 +14,7 @@ from jaxsat.cli.shared.talk import Talk
 
 if TYPE_CHECKING:
     from fitting.fitted import Fit
+    from fitting.report.fit.drawing import Draw
     from fitting.starts.guess import Guess
     from jaxsat.cli.fit.inputs import Inputs
 
@@ -52,7 +53,7 @@ def fit_one(
     read: Callable[[Sequence[Path]], "Inputs"],
     *,
     clock: Clock,
-    plots: bool,
+    draw: "Draw | None",
     profiles: Sequence[str] = (),
     causes: bool = False,
     as_if: Sequence[str] = (),
@@ -63,8 +64,9 @@ def fit_one(
     """Fits one session of one file or of several; what it returns writes its directory, whole or not at all.
 
     That says what was found too, if the session is `alone`; it is to be called, once, also where the outcome is of no
-    interest. `profiles` names the parameters that get a profile; with `causes` the usual ones are tried where a fit is
-    denied; `as_if` changes the data; a `guess` takes the place of the search. Raises `InputError`, as the writing may.
+    interest. `draw` makes the pictures, if there are to be any; `profiles` names the parameters that get a profile;
+    with `causes` the usual ones are tried where a fit is denied; `as_if` changes the data; a `guess` takes the place of
+    the search. Raises `InputError`, as the writing may.
     """
     from fitting.report.fit.owned import owned_files
     from fitting.run import fit
@@ -89,7 +91,7 @@ def fit_one(
 
     def write() -> Outcome:
         with rest:
-            warnings = found.write_into(stage, plots=plots)
+            warnings = found.write_into(stage, draw=draw)
         if alone:
             from jaxsat.cli.fit.text import fit_text
 

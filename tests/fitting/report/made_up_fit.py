@@ -11,6 +11,7 @@ from fitting.outcome.result import PREDICTS, Break, ChannelFit, FitResult, Fitte
 from fitting.outcome.series import panel_residuals, slots
 from fitting.parameters.null_space import Direction
 from fitting.profile.profile import Profile
+from fitting.report.fit.drawing import draw_all
 from fitting.report.fit.files import write_fit
 from fitting.report.fit.owned import owned_files
 from fitting.report.fit.surroundings import Surroundings
@@ -86,7 +87,7 @@ def write_made_up(
             epoch=EPOCH,
             session=make_session(),
             settings=SETTINGS,
-            plots=plots,
+            draw=draw_all if plots else None,
             surroundings=Surroundings.of(result.t_s, make_around(), EPOCH),
             orbit_fit=make_orbit_fit(),
             satellite=make_satellite(),

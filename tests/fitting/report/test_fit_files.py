@@ -106,7 +106,7 @@ def test_page_says_the_verdict_and_has_a_place_for_each_channel(fit_run):
 
 def test_a_fit_without_orbit_has_no_scene(tmp_path):
     result = make_fit_result(illumination=None, field_angle_deg=None, field_angle_sigma_deg=None)
-    settings = {"telemetry": "p", "label": "p", "session": make_session(), "settings": {}, "plots": False}
+    settings = {"telemetry": "p", "label": "p", "session": make_session(), "settings": {}, "draw": None}
     write_fit(tmp_path, result, epoch=make_session().epoch, **settings)
     assert not (tmp_path / "scene.json").exists()
     assert "orbit" not in json.loads((tmp_path / "fit.json").read_text())
