@@ -139,12 +139,13 @@ def identify(
         fine = build(samples, max_step=longest, room_for=min(longest, finest))
         weight = usable(fine, samples)
         weight[fitted:] = 0.0
-        return [
+        found = [
             Minimum(each, problem, _refined(problem, parameters, own, weight, around, settings, progress))
             for each, own in starts
             if len(own.cost)
             for problem in [with_axes(fine, each)]
         ]
+        return [minimum for minimum in found if len(minimum.refined.score)]
 
     def best_of(runs: list[Run]) -> list[Minimum]:
         fine_step = _fine_step([search.spin(run) for run in runs], settings.step_s, whole_span)
@@ -157,15 +158,16 @@ def identify(
                 for (each, own), craft in zip(starts, back, strict=True)
             ]
         found = minima(starts, longest)
-        # A motion may become faster than its start was.
-        needed = _fine_step(_spins(found, fitted), settings.step_s, whole_span) if samples.given is None else longest
-        if needed < MUCH_SHORTER * longest:
+        # A motion may become faster than its start was; one that explains nothing may be of any speed.
+        likely = [minimum for minimum in found if not minimum.refined.hopeless[0]]
+        needed = _fine_step(_spins(likely, fitted), settings.step_s, whole_span) if samples.given is None else longest
+        if likely and needed < MUCH_SHORTER * longest:
             again = [
                 (
                     m.convention,
                     Starts(np.array(m.refined.points.x), np.array(m.refined.points.reference), m.refined.score),
                 )
-                for m in found
+                for m in likely
             ]
             found = minima(again, max(needed, LEAST * longest))
         return found

@@ -186,8 +186,8 @@ class Bench:
         return found
 
     def best_of(self, problem: Problem, refined: Refined) -> tuple[float, int]:
-        """Lowest chi2 with witnesses, and the number of its minimum."""
-        found = [self.chi2_of(problem, refined, k) for k in range(len(refined.score))]
+        """Lowest chi2 with witnesses, and the number of its minimum; infinite where there is none."""
+        found = [self.chi2_of(problem, refined, k) for k in range(len(refined.score))] or [np.inf]
         best = int(np.argmin(found))
         return found[best], best
 

@@ -116,10 +116,15 @@ def along(
 
 
 def _small_step(bench: Bench, change: Callable[[float], Problem], step: float) -> tuple[float, np.ndarray]:
-    """A step, cut until residuals change by little, and by how much they do: small causes turn a long motion far."""
+    """A step, cut until residuals change by little, and by how much they do: small causes turn a long motion far.
+
+    Nothing changes where the motion is then none that steps follow.
+    """
     for _ in range(MOST_CUTS):
         column = changed_residual(bench, change(step)) - bench.score.residual
         largest = float(np.quantile(np.abs(column), 0.98))
+        if not np.isfinite(largest):
+            return step, np.zeros_like(column)
         if largest < LITTLE:
             break
         step *= 0.5 * LITTLE / largest

@@ -84,6 +84,8 @@ def refine(
 ) -> Refined:
     """Refines the best survivors on the problem's own grid, and ranks the minima by one truncated cost.
 
+    There is none of a start whose motion the grid's steps cannot follow.
+
     `weight` [samples channels] is that of the measurements; `likelihood`, one of `LIKELIHOODS`, is that of the
     currents: a sample whose currents are left out keeps its limb angles; `solver` is one of `chunk.EVALUATIONS`;
     `patience` the rounds more, at most, for what is not at its minimum.
@@ -147,6 +149,8 @@ def refine(
     x, reference = np.asarray(points.x), np.asarray(points.reference)
     score = 0.5 * np.minimum(of_samples, limits).sum(axis=(1, 2))
     score = score + 0.5 * (x[:, 6:] ** 2).sum(axis=1)
+    # A motion that these steps cannot follow has been nowhere, and has no residuals.
+    score = np.where(np.isfinite(points.cost), score, np.inf)
     order = distinct(Starts(x, reference, score), attitude=0.02, rate=2e-3)
     progress("refining", rounds, rounds)
     return Refined(jax.tree.map(lambda leaf: leaf[order], points), score[order], limited[order], hopeless[order])

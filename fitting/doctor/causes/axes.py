@@ -63,7 +63,8 @@ def _searched(bench: Bench, name: str, orders: Sequence[tuple[int, ...]]) -> lis
         order = orders[int(run.convention.mismatch)]
         fine = bench.rebuilt(bench.with_values(name, rows[:, list(order)]), same_sky=True)
         refined = bench.refitted(fine, first(run.starts))
-        found.append((order, refined, bench.best_of(fine, refined)[1]))
+        if len(refined.score):
+            found.append((order, refined, bench.best_of(fine, refined)[1]))
     return found[:1]
 
 

@@ -133,4 +133,5 @@ def _part(bench: Bench, seen: np.ndarray, place: int, later: bool) -> Refined | 
     problem = bench.rebuilt(samples)
     weight = bench.weight(problem, samples)
     weight[last + 1 :] = 0.0
-    return bench.refitted(problem, first(runs[0].starts), weight=weight)
+    refined = bench.refitted(problem, first(runs[0].starts), weight=weight)
+    return refined if len(refined.score) else None

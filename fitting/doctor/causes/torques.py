@@ -17,6 +17,7 @@ from fitting.doctor.causes.freeing import chi2_in_room, widened
 from fitting.doctor.trial import Trial
 from fitting.identify import Minimum
 from jaxsat.constants import VACUUM_PERMEABILITY
+from jaxsat.errors import InputError
 from jaxsat.math import cross
 from jaxsat.satellites.model import Leaf
 from jaxsat.spacecraft import HysteresisRods, Spacecraft
@@ -115,6 +116,8 @@ def _with_part(bench: Bench) -> Bench:
     parameters, starts = widened(bench, problem.model, leaves)
     own = replace(bench, around=around)
     refined = own.refitted(problem, starts, parameters=parameters)
+    if not len(refined.score):
+        raise InputError("no motion under these torques that the steps of the fit can follow")
     minimum = Minimum(bench.found.minima[0].convention, problem, refined)
     return replace(own, found=replace(bench.found, minima=(minimum,), parameters=parameters))
 
