@@ -18,7 +18,7 @@ from jaxsat.sensors import Magnetometer, Panels, Photodiodes
 from jaxsat.sensors.mounting import signed_permutations
 from jaxsat.telemetry.table.as_if import swaps_text
 
-STARTS = 16
+STARTS = 48
 KEPT = 2
 """Turns of a motion that are fitted again, those that witnesses like best."""
 
