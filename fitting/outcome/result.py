@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.special import chdtri
 
 from fitting.outcome.series import PanelResiduals
 from fitting.parameters.null_space import Direction
@@ -16,6 +17,9 @@ MILLIAMPERES = {"A": 1e3, "mA": 1.0, "uA": 1e-3}
 WILD = 4.0
 """A reading that was not fitted and lies beyond so many times the limit of an outlier is that of no motion near."""
 
+TOO_FAR, BY_CHANCE = 2.0, 1e-3
+"""Held-out error over the promised one beyond which a fit does not predict, and the probability of as much or more up
+to which it is taken for chance."""
 DENIED_P = 1e-9
 """Probability below which chance is no explanation."""
 
@@ -46,11 +50,18 @@ class Holdout:
     """What noise and the covariance of the fit promise for it."""
     angle_deg: float | None
     """Median angle between measured and predicted directions; None for what is no direction."""
+    directions: float = 1e6
+    """As how many independent errors of one size what is promised scatters: few where one drift makes most of it."""
 
     @property
     def sigma_ratio(self) -> float:
-        """Found over promised: beyond 2 the model is wrong where it was not fitted."""
+        """Found over promised."""
         return self.rms / self.promised_rms
+
+    @property
+    def too_far(self) -> bool:
+        """Whether the model is wrong where it was not fitted: beyond `TOO_FAR`, and beyond what chance makes of it."""
+        return self.sigma_ratio > max(TOO_FAR, (chdtri(self.directions, BY_CHANCE) / self.directions) ** 0.5)
 
 
 @dataclass(frozen=True)

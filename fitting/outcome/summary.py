@@ -18,7 +18,7 @@ from fitting.outcome.looking import Look, direct_readings, look_at
 from fitting.outcome.possible import no_body, without_light, wrong_axes
 from fitting.outcome.result import WILD, ChannelFit, FitResult, FittedParameter, Holdout, Wish, misfit_share
 from fitting.outcome.series import PanelResiduals, panel_residuals, slots
-from fitting.outcome.uncertainty import correlations, field_angle_sigma, promised_saving
+from fitting.outcome.uncertainty import correlations, field_angle_sigma, promised_saving, scatter_directions
 from fitting.outcome.verdict import (
     FAR_OFF,
     HELD_BY_PRIOR,
@@ -205,7 +205,8 @@ def _channels(found, best, seen, point, counted, informative, chi2_p) -> dict[st
         if isinstance(sensor, Panels):
             misfits = misfit_share(limited[own, number][fitted], measured[fitted], modelled[fitted], sigma)
         later = ~fitted & used
-        held = _holdout(residual, promised, known, later, int((~fitted & ~used).sum()), sigma, angle)
+        outliers, slopes = int((~fitted & ~used).sum()), seen.jacobian[own][:, columns]
+        held = _holdout(residual, promised, known & later[:, None], outliers, sigma, angle, slopes, seen.covariance)
         delay = None
         if group.name not in best.problem.delayed and best.problem.motion is None:
             good = used & fitted & known.all(axis=1)
@@ -279,13 +280,13 @@ def _memory(t: np.ndarray, residual: np.ndarray, mask: np.ndarray) -> tuple[Pane
     return tuple(panel_residuals(residual[mask[:, k], k], slot[mask[:, k]]) for k in range(residual.shape[1]))
 
 
-def _holdout(residual, promised, known, later, outliers, sigma, angle) -> Holdout | None:
-    mask = known & later[:, None]
+def _holdout(residual, promised, mask, outliers, sigma, angle, jacobian, cov) -> Holdout | None:
     if not mask.any():
         return None
     rms, promise = (float(np.sqrt((array[mask] ** 2).mean()) * sigma) for array in (residual, promised))
-    seen = angle[later & np.isfinite(angle)]
-    return Holdout(int(mask.sum()), outliers, rms, promise, float(np.median(seen)) if len(seen) else None)
+    seen = angle[mask.any(axis=1) & np.isfinite(angle)]
+    angle_deg = float(np.median(seen)) if len(seen) else None
+    return Holdout(int(mask.sum()), outliers, rms, promise, angle_deg, scatter_directions(jacobian[mask], cov))
 
 
 def _angles(sensor: AbstractSensor, measured: np.ndarray, modelled: np.ndarray) -> np.ndarray:

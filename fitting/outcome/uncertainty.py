@@ -82,3 +82,17 @@ def field_angle_sigma(field_body: np.ndarray, rotation_covariance: np.ndarray) -
     variance = np.einsum("si,sij,sj->s", normal, finite, normal)
     transverse = np.linalg.eigvalsh(finite[:, 1:, 1:])[:, -1]
     return np.where(known, np.sqrt(np.maximum(np.where(parallel, transverse, variance), 0.0)), np.inf)
+
+
+def scatter_directions(jacobian: np.ndarray, cov: np.ndarray) -> float:
+    """As how many independent errors of one size the sum of squares of predicted residuals scatters.
+
+    With their `jacobian` [n unknowns] and the covariance of the fit they are noise of one sigma and what the fit leaves
+    open, V = I + J C J^T: tr(V)^2 / tr(V^2) (Satterthwaite 1946).
+    Unknowns of no variance, which a bound holds, leave nothing open.
+    """
+    finite = np.isfinite(np.diagonal(cov))
+    J, n = jacobian[:, finite], len(jacobian)
+    open_ = cov[np.ix_(finite, finite)] @ (J.T @ J)
+    total = n + np.trace(open_)
+    return float(total**2 / (n + 2.0 * np.trace(open_) + np.sum(open_ * open_.T)))

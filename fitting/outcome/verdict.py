@@ -18,7 +18,7 @@ from fitting.outcome.result import (
     Break,
     ChannelFit,
 )
-from fitting.outcome.witness import MOST_LEFT_OUT, TOO_FAR, Witness
+from fitting.outcome.witness import MOST_LEFT_OUT, Witness
 
 STALLED_DECREMENT = 0.1
 """Cost that an undamped step may promise at a minimum."""
@@ -125,7 +125,7 @@ def judge(evidence: Evidence) -> tuple[str, str, str, tuple[str, ...]]:
         for name, channel in evidence.channels.items()
         if channel.holdout and not channel.witness
         for lost in [float(np.mean(~channel.used[~channel.fitted]))]
-        if channel.holdout.sigma_ratio > TOO_FAR or lost > MOST_LEFT_OUT
+        if channel.holdout.too_far or lost > MOST_LEFT_OUT
     ]
     if bad:
         reason = f"held-out readings are farther off than the fit promises ({'; '.join(bad)})"

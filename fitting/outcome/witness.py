@@ -12,8 +12,6 @@ from scipy.special import chdtrc
 
 from fitting.outcome.result import ChannelFit, Holdout, Wish
 
-TOO_FAR = 2.0
-"""Held-out error over the promised one beyond which a fit does not predict."""
 MOST_LEFT_OUT = 0.25
 """Share of a channel's readings that may be left out."""
 SPARE = 10
@@ -52,7 +50,7 @@ class Witness:
     @property
     def denies(self) -> bool:
         """Whether it contradicts the motion: beyond what the fit promises, with too many outliers, or by its wish."""
-        far = self.holdout is None or self.holdout.sigma_ratio > TOO_FAR
+        far = self.holdout is None or self.holdout.too_far
         return far or self.outliers > MOST_LEFT_OUT * self.samples or (self.wish is not None and self.wish.denies)
 
     @property

@@ -95,6 +95,7 @@ def holdout_document(held: Holdout, unit: str) -> dict[str, Any]:
         "angle_deg": held.angle_deg,
         "count": held.count,
         "outliers": held.outliers,
+        "directions": held.directions,
     }
 
 

@@ -59,7 +59,7 @@ def _channel(name: str, fit: dict, table: dict[str, np.ndarray]) -> ChannelFit:
     known, delay = fit["channels"][name], fit["delays"].get(name, {"from": "fit"})
     witness = known["role"] == "witness"
     told = (fit["witness" if witness else "holdout"] or {}).get(name) or {}
-    numbers = ("count", "outliers", "rms", "promised_rms", "angle_deg")
+    numbers = ("count", "outliers", "rms", "promised_rms", "angle_deg", "directions")
     breaks = [b for each in fit["breaks"] if each["channel"] == name for b in each["breaks"]]
     shown = delay["from"] == "residuals"
     parts = {part: [v for key, v in table.items() if key.startswith(f"{part}_")] for part in ARRAYS + FURTHER}
@@ -80,7 +80,7 @@ def _channel(name: str, fit: dict, table: dict[str, np.ndarray]) -> ChannelFit:
         rms=fit["residual_rms"][name]["value"],
         chi2_per_reading=known["chi2_per_reading"],
         angle_deg=known["angle_deg"],
-        holdout=Holdout(*(told[key] for key in numbers)) if "rms" in told else None,
+        holdout=Holdout(*(told[key] for key in numbers if key in told)) if "rms" in told else None,
         delay_s=delay["value"] if shown else None,
         delay_sigma_s=delay["sigma"] if shown else None,
         breaks=tuple(Break(**{**each, "left": tuple(each["left"])}) for each in breaks),

@@ -41,6 +41,7 @@ class Holdout(Stored):
     angle_deg: Maybe
     count: Count
     outliers: Count
+    directions: float = Field(default=1e6, gt=0.0)
 
 
 class Wish(Stored):

@@ -70,6 +70,12 @@ def test_what_fits_and_does_not_predict_is_not_converged(mag, words):
     assert (status, word) == ("not_converged", "fits, does not predict") and words in message
 
 
+@pytest.mark.parametrize(("ratio", "directions", "predicts"), [(2.4, 2.0, True), (2.4, 60.0, False), (3.5, 1.0, False)])
+def test_one_drift_may_be_farther_off_than_many_errors(ratio, directions, predicts):
+    held = channel(holdout=Holdout(30, 0, 0.32 * ratio, 0.32, 5.0, directions))
+    assert verdict(held)[1] == ("predicts" if predicts else "fits, does not predict")
+
+
 @pytest.mark.parametrize(
     ("mag", "changed", "words"),
     [

@@ -9,6 +9,7 @@ from fitting.outcome.uncertainty import (
     correlations,
     covariance,
     field_angle_sigma,
+    scatter_directions,
 )
 
 RNG = np.random.default_rng(0)
@@ -102,3 +103,16 @@ def test_the_attitude_is_unknown_where_a_blind_unknown_moves_it():
     np.testing.assert_allclose(result[1], 1e-6)
     sigma = field_angle_sigma(np.array([[0.0, 3e-5, 0.0]] * 2), result)
     assert np.isinf(sigma[0]) and sigma[1] == pytest.approx(1e-3)
+
+
+@pytest.mark.parametrize("size", [0.0, 0.3, 20.0])
+def test_squares_of_predicted_errors_scatter_as_those_of_so_many_directions(size):
+    rng = np.random.default_rng(5)
+    jacobian, root = rng.normal(size=(40, 3)), size * np.diag([1.0, 0.3, 0.1])
+    cov = np.zeros((4, 4))
+    cov[:3, :3], cov[3, 3] = root @ root.T, np.inf
+    drawn = rng.normal(size=(40000, 40)) + rng.normal(size=(40000, 3)) @ (jacobian @ root).T
+    squares = (drawn**2).sum(axis=1)
+    found = scatter_directions(np.column_stack([jacobian, np.ones(40)]), cov)
+    # The variance of chi-square of nu degrees is twice its mean squared over nu.
+    assert found == pytest.approx(2.0 * squares.mean() ** 2 / squares.var(), rel=0.05)
