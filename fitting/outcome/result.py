@@ -61,7 +61,7 @@ class Holdout:
     @property
     def too_far(self) -> bool:
         """Whether the model is wrong where it was not fitted: beyond `TOO_FAR`, and beyond what chance makes of it."""
-        return self.sigma_ratio > max(TOO_FAR, (chdtri(self.directions, BY_CHANCE) / self.directions) ** 0.5)
+        return bool(self.sigma_ratio > max(TOO_FAR, (chdtri(self.directions, BY_CHANCE) / self.directions) ** 0.5))
 
 
 @dataclass(frozen=True)

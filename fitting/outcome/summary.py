@@ -18,7 +18,13 @@ from fitting.outcome.looking import Look, direct_readings, look_at
 from fitting.outcome.possible import no_body, without_light, wrong_axes
 from fitting.outcome.result import WILD, ChannelFit, FitResult, FittedParameter, Holdout, Wish, misfit_share
 from fitting.outcome.series import PanelResiduals, panel_residuals, slots
-from fitting.outcome.uncertainty import correlations, field_angle_sigma, promised_saving, scatter_directions
+from fitting.outcome.uncertainty import (
+    correlations,
+    field_angle_sigma,
+    promised_saving,
+    scatter_directions,
+    undamped_step,
+)
 from fitting.outcome.verdict import (
     FAR_OFF,
     HELD_BY_PRIOR,
@@ -36,6 +42,7 @@ from fitting.parameters.invisible import relative_to
 from fitting.parameters.names import STATE
 from fitting.parameters.null_space import gauge_text, unseen_directions
 from fitting.parameters.quoted import quoted_names, quoted_slopes
+from fitting.solvers.refine import tried_saving
 from jaxsat.math.on_host import angle_between_attitudes, angles_between
 from jaxsat.sensors import Panels
 from jaxsat.sensors.abstract import AbstractSensor
@@ -79,7 +86,7 @@ def summarize(found: Identified, background: Background | None = None) -> FitRes
     sigma_deg = np.degrees(np.sqrt(np.where(variance < 0.0, np.inf, variance)))
     evidence = Evidence(
         cost=float(point.cost),
-        promise=promised_saving(np.asarray(point.gradient), seen.covariance, seen.pressed),
+        promise=_promise(best, parameters, point, seen),
         ratio=ratio,
         hopeless=bool(best.refined.hopeless[0]),
         channels=channels,
@@ -124,6 +131,15 @@ def summarize(found: Identified, background: Background | None = None) -> FitRes
         field_angle_deg=np.degrees(np.arctan2(np.linalg.norm(field[:, 1:], axis=1), field[:, 0])),
         field_angle_sigma_deg=widened(np.degrees(field_angle_sigma(field, seen.rotation_covariance[:n])), factor),
     )
+
+
+def _promise(best, parameters, point, seen) -> float:
+    """Cost that a step would still save: tried, where the slopes promise much."""
+    about = np.asarray(point.gradient), seen.covariance, seen.pressed
+    promise = promised_saving(*about)
+    if promise <= STALLED_DECREMENT:
+        return promise
+    return min(promise, tried_saving(best.problem, parameters, point, undamped_step(*about)))
 
 
 def _limited(minimum: Minimum) -> np.ndarray:

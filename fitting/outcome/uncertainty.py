@@ -40,11 +40,17 @@ def at_bound(x: np.ndarray, gradient: np.ndarray, bounds: tuple[np.ndarray, np.n
     return ((x <= lower + 1e-9) & (gradient > 0)) | ((x >= upper - 1e-9) & (gradient < 0))
 
 
-def promised_saving(gradient: np.ndarray, cov: np.ndarray, pressed: np.ndarray) -> float:
-    """Cost that an undamped step would still save; `cov` is the `covariance` of unknowns that are not `pressed`."""
+def undamped_step(gradient: np.ndarray, cov: np.ndarray, pressed: np.ndarray) -> np.ndarray:
+    """[unknowns] to the minimum that slopes promise; `cov` is the `covariance` of unknowns that are not `pressed`."""
     finite = np.isfinite(np.diagonal(cov)) & ~pressed
-    slope = np.asarray(gradient)[finite]
-    return 0.5 * float(slope @ cov[np.ix_(finite, finite)] @ slope)
+    step = np.zeros(len(finite))
+    step[finite] = -cov[np.ix_(finite, finite)] @ np.asarray(gradient)[finite]
+    return step
+
+
+def promised_saving(gradient: np.ndarray, cov: np.ndarray, pressed: np.ndarray) -> float:
+    """Cost that this step would still save."""
+    return -0.5 * float(np.asarray(gradient) @ undamped_step(gradient, cov, pressed))
 
 
 def correlations(names: list[str], cov: np.ndarray, free: set[str]) -> dict[str, dict[str, float]]:

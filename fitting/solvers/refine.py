@@ -10,7 +10,7 @@ from fitting.measurements.groups import Groups, of_groups, over_columns
 from fitting.outcome.uncertainty import at_bound, covariance, promised_saving
 from fitting.parameters.free import FreeParameters
 from fitting.solvers.least_squares import Point
-from fitting.starts.multi_start import NONE, Progress, Stage, Starts, distinct, solve
+from fitting.starts.multi_start import NONE, Progress, Stage, Starts, advance, distinct, solve
 
 MAX_LEFT_OUT = 0.35
 """Largest share of bright samples that may be left out; beyond it the model is wrong, not the samples."""
@@ -22,6 +22,8 @@ CONVERGED_DECREMENT = 1e-2
 MORE_ROUNDS, MORE_STEPS = 6, 60
 """Rounds more, with fresh damping, while a minimum is not reached so far; the last ones, if it explains the data, of so
 many steps, which a narrow bent valley takes, as of a nearly chaotic motion."""
+SHARES = (1.0, 0.3, 0.1)
+"""Of a step that are tried where it is doubted."""
 LEAST_KEPT = 0.05
 """Share of what a step promises that a round brings at least, or the rounds end."""
 MAX_MINIMA = 8
@@ -154,6 +156,19 @@ def refine(
     order = distinct(Starts(x, reference, score), attitude=0.02, rate=2e-3)
     progress("refining", rounds, rounds)
     return Refined(jax.tree.map(lambda leaf: leaf[order], points), score[order], limited[order], hopeless[order])
+
+
+def tried_saving(problem: AbstractProblem, parameters: FreeParameters, point: Point, step: np.ndarray) -> float:
+    """Cost that a step [unknowns] from a minimum, or a share of it, is seen to save.
+
+    On a kink, where a face's horizon passes a sample, slopes promise what none brings.
+    """
+    shares = np.array([0.0, *SHARES])
+    x = np.asarray(point.x) + shares[:, None] * step
+    reference, weight = (np.repeat(np.asarray(leaf)[None], len(x), 0) for leaf in (point.reference, point.weight))
+    stage = Stage(int(np.flatnonzero(problem.valid)[-1]), len(x), 0, PLAIN, parameters.everything)
+    cost = advance(problem, parameters, stage, Starts(x, reference, np.zeros(len(x))), weight).cost
+    return float(cost[0] - np.nanmin(cost))
 
 
 def _unsettled(points: Point, parameters: FreeParameters) -> tuple[np.ndarray, np.ndarray]:

@@ -104,11 +104,17 @@ def test_other_axes_of_the_same_motion_are_told_within_chance_alone(minimum):
 
 
 def test_failures_are_not_converged(minimum):
-    # A slope of one sigma in each direction: half a unit of cost for each, whatever the solver's damping says.
-    slope = np.sqrt(np.diagonal(minimum.refined.points.hessian, axis1=1, axis2=2))
-    points = eqx.tree_at(lambda p: p.gradient, minimum.refined.points, slope)
-    result = summarized(minimum, dataclasses.replace(minimum.refined, points=points))
+    # A rate of three sigmas off, as far as it is known beside all others.
+    points = minimum.refined.points
+    off = np.zeros_like(np.asarray(points.x))
+    off[0, 3] = 3.0 * np.sqrt(np.linalg.inv(np.asarray(points.hessian)[0])[3, 3])
+    slope = np.einsum("nuv,nv->nu", np.asarray(points.hessian), off)
+    away = eqx.tree_at(lambda p: (p.x, p.gradient), points, (np.asarray(points.x) + off, slope))
+    result = summarized(minimum, dataclasses.replace(minimum.refined, points=away))
     assert result.status == "not_converged" and "stopped short" in result.message
+    # The same slope on a kink, where no step saves what it promises.
+    kinked = eqx.tree_at(lambda p: p.gradient, points, slope)
+    assert summarized(minimum, dataclasses.replace(minimum.refined, points=kinked)).status == "converged"
     hopeless = dataclasses.replace(minimum.refined, hopeless=np.array([True]))
     assert summarized(minimum, hopeless).status == "not_converged"
 
