@@ -14,6 +14,8 @@ from fitting.starts.multi_start import NONE, Progress, Stage, Starts, advance, d
 
 MAX_LEFT_OUT = 0.35
 """Largest share of bright samples that may be left out; beyond it the model is wrong, not the samples."""
+MOST_BACK = 0.05
+"""Share of a sensor's samples that may be left out though the minimum explains them; more are taken back."""
 ROBUST_SCALE, PLAIN = 3.0, 1e4
 TAIL = 6.0
 """Degrees of freedom of Student's distribution, as many as a sample has currents."""
@@ -142,8 +144,11 @@ def refine(
     outlying = (of_samples > limits) & used
     cured = hopeless & ~_too_many(outlying, bright)
     hopeless &= ~cured
-    if shares[-1].leave_out and cured.any():
-        limited[cured] = outlying[cured]
+    # And what was left out on the way, where the motion was not yet that of the data, may be explained by it.
+    back = np.sum(limited & ~outlying, axis=1) > MOST_BACK * used.sum(axis=1)
+    changed = cured | (back.any(axis=1) & ~hopeless)
+    if shares[-1].leave_out and changed.any():
+        limited[changed] = outlying[changed]
         kept = np.where(over_columns(limited, groups), 0.0, weight)
         points = run(rounds - 1, stage, np.asarray(points.x), np.asarray(points.reference), kept)
         points = settle(points, rounds - 1, stage, kept)
