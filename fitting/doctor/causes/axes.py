@@ -13,12 +13,13 @@ from fitting.measurements.groups import columns_of
 from fitting.parameters.names import STATE
 from fitting.solvers.refine import Refined
 from fitting.starts.multi_start import Starts
-from jaxsat.satellites.model import INERTIA_PLACE, MAGNET_PLACE
+from jaxsat.satellites.model import INERTIA_PLACE, MAGNET_PLACE, array_at
 from jaxsat.sensors import Magnetometer, Panels, Photodiodes
 from jaxsat.sensors.mounting import signed_permutations
 from jaxsat.telemetry.table.as_if import swaps_text
 
-STARTS = 48
+STARTS = 64
+"""Of each class of orders."""
 KEPT = 2
 """Turns of a motion that are fitted again, those that witnesses like best."""
 
@@ -33,7 +34,7 @@ def other_orders(bench: Bench) -> Iterator[Trial]:
         if len(orders) < 2:
             continue
         own = tuple(range(len(normals)))
-        base = [(own, bench.found.minima[0].refined, 0)] if bench.fits_light else _searched(bench, name, list(orders))
+        base = [(own, bench.found.minima[0].refined, 0)] if bench.fits_light else _searched(bench, name, orders)
         tried = {own}
         for perm, refined, number in base:
             for order in [perm, *_turned(bench, name, orders, perm, refined, number)]:
@@ -52,24 +53,41 @@ def _orders(normals: np.ndarray) -> Iterator[tuple[np.ndarray, list[int]]]:
             yield matrix, perm.tolist()
 
 
-def _searched(bench: Bench, name: str, orders: Sequence[tuple[int, ...]]) -> list[tuple[tuple[int, ...], Refined, int]]:
-    """Orders that a search finds the light explained by, with their minima."""
-    rows, problems = bench.samples.values[name], []
-    for order in orders:
+def _searched(
+    bench: Bench, name: str, orders: dict[tuple[int, ...], np.ndarray]
+) -> list[tuple[tuple[int, ...], Refined, int]]:
+    """The order that a search finds the light explained by best, with its minima.
+
+    Orders of one class, which a turn about the magnet carries into each other, have the same torque: one is searched.
+    """
+    rows, best, least = bench.samples.values[name], [], np.inf
+    for order in {_class(bench, matrix): order for order, matrix in reversed(orders.items())}.values():
         samples = bench.with_values(name, rows[:, list(order)])
-        problems.append((bench.rebuilt(samples, same_sky=True, coarse=True), samples))
+        # Each by itself, with room for as many starts as a search of the usual order has.
+        runs = searched(bench, [(bench.rebuilt(samples, same_sky=True, coarse=True), samples)], STARTS)
+        if runs and runs[0].starts.cost[0] < least:
+            best, least = [(order, runs[0].starts)], float(runs[0].starts.cost[0])
     found = []
-    for run in searched(bench, problems, STARTS):
-        order = orders[int(run.convention.mismatch)]
+    for order, starts in best:
         fine = bench.rebuilt(bench.with_values(name, rows[:, list(order)]), same_sky=True)
-        refined = bench.refitted(fine, first(run.starts))
+        refined = bench.refitted(fine, first(starts))
         if len(refined.score):
             found.append((order, refined, bench.best_of(fine, refined)[1]))
-    return found[:1]
+    return found
+
+
+def _class(bench: Bench, matrix: np.ndarray) -> tuple[int, ...]:
+    """Hand of an order, and the face that the magnet's main axis points to under it."""
+    dipole = np.asarray(array_at(bench.problem.model, MAGNET_PLACE), float)
+    main = np.eye(3)[np.argmax(np.abs(dipole))] * dipole.any()
+    return (int(np.sign(np.linalg.det(matrix))), *(matrix @ main).astype(int).tolist())
 
 
 def _turned(bench, name, orders, perm, refined, number) -> list[tuple[int, ...]]:
-    """The same motion under body axes that are turned with the columns: orders by what witnesses of the field see."""
+    """The same motion under body axes that are turned with the columns: orders by what witnesses of the field see.
+
+    Where there is no witness, those of the same class, which have another inertia.
+    """
     matrix = orders[perm]
     hand = np.linalg.det(matrix)
     q = Rotation.from_quat(np.asarray(refined.points.prediction.quaternion)[number], scalar_first=True)
@@ -78,8 +96,9 @@ def _turned(bench, name, orders, perm, refined, number) -> list[tuple[int, ...]]
     for order, other in orders.items():
         if np.linalg.det(other) * hand > 0.0:
             misfits[order] = _misfit(bench, field @ _turn(matrix, other).T)
-    ranked = sorted(misfits, key=lambda order: misfits[order])
-    return [order for order in ranked if misfits[order] < np.inf][:KEPT]
+    if np.isinf(list(misfits.values())).all():
+        return [order for order, other in orders.items() if _class(bench, other) == _class(bench, matrix)]
+    return sorted(misfits, key=lambda order: misfits[order])[:KEPT]
 
 
 def _turn(matrix: np.ndarray, other: np.ndarray) -> np.ndarray:
