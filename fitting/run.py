@@ -23,7 +23,7 @@ from fitting.outcome.verdict import Background
 from fitting.parameters.chosen import chosen_leaves, spelt_out
 from fitting.parameters.free import FreeParameters, free_parameters
 from fitting.parameters.names import STATE
-from fitting.parameters.opposed import OPPOSED, is_opposed, turned_round
+from fitting.parameters.opposed import OPPOSED, direction_alone, is_opposed, turned_round
 from fitting.profile.profiler import Profiler
 from fitting.report.fit.surroundings import Surroundings, look_around
 from fitting.settings import FitSettings
@@ -133,11 +133,16 @@ def _identified(
         )
 
     found = about(task.parameters)
-    if not any(is_opposed(found.parameters, np.asarray(m.refined.points.x)[0, len(STATE) :]) for m in found.minima[:1]):
+    best = found.minima[0].refined
+    opposed = is_opposed(found.parameters, np.asarray(best.points.x)[0, len(STATE) :])
+    # No step leads through no dipole: the starts that were on the way to the opposite one may all have ended there.
+    if not (opposed or (best.hopeless[0] and direction_alone(found.parameters))):
         return found, ()
     other = about(turned_round(task.parameters))
-    better = other.minima[0].refined.score[0] < found.minima[0].refined.score[0]
-    return other if better else found, (OPPOSED,)
+    least = other.minima[0].refined
+    if least.score[0] < best.score[0] and not least.hopeless[0]:
+        return other, (OPPOSED,)
+    return found, (OPPOSED,) if opposed else ()
 
 
 def _background(session: TableSession, orbit_fit: OrbitFit | None) -> Background:

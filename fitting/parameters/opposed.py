@@ -13,9 +13,14 @@ OPPOSED = "the dipole points against that of the satellite file: look at its sig
 """What is told of it."""
 
 
+def direction_alone(parameters: FreeParameters) -> bool:
+    """Whether the components of the dipole move and its size is held."""
+    return "magnet" in parameters.gauged and float(np.asarray(parameters.tree.by_angles)) == 0.0
+
+
 def is_opposed(parameters: FreeParameters, x_model: np.ndarray) -> bool:
     """Whether the dipole of unknowns after the state, its size held, points away from the nominal one."""
-    if "magnet" not in parameters.gauged or float(np.asarray(parameters.tree.by_angles)) > 0.0:
+    if not direction_alone(parameters):
         return False
     index, nominal = _components(parameters), np.asarray(parameters.tree.nominal)
     # Before its size is restored, which leaves the direction; a few of JAX's operations would take half a second here.
