@@ -24,7 +24,7 @@ from jaxsat.spacecraft import HysteresisRods, Spacecraft
 from jaxsat.torques.abstract import AbstractTorque, BodyEnvironment, required
 from jaxsat.torques.eddy_damping import eddy_damping_torque
 
-COERCIVE_FIELD, REMANENCE, SATURATION = 8.0, 0.02, 0.04
+COERCIVE_FIELDS, REMANENCE, SATURATION = (8.0, 2.0), 0.02, 0.04
 """Of the soft magnetic rods that are tried along each body axis [A/m, T, T]; their volumes are free."""
 WIDE = 5.0
 """Prior sigma over what would stop the satellite's spin within the session."""
@@ -61,16 +61,19 @@ class MissingTorque(AbstractTorque):
 
 def missing_torques(bench: Bench) -> Iterator[Trial]:
     """Each kind of torque that no part of the satellite has, the best of them told, and how the others do."""
-    wider = _with_part(bench)
-    names = {key: [leaf.name for leaf in wider.parameters.leaves if leaf.part == _part(key)] for key in KINDS}
     found: dict[str, float] = {}
-    for key, own in names.items():
-        numbers = [k for k, leaf in enumerate(wider.parameters.leaves) if leaf.name in own]
-        if not numbers:
-            continue
-        chi2 = chi2_in_room(wider, numbers)
-        if chi2 is not None:
-            found[key] = chi2
+    for field in COERCIVE_FIELDS:
+        wider = _with_part(bench, field)
+        leaves = wider.parameters.leaves
+        names = {key: [leaf.name for leaf in leaves if leaf.part == _part(key)] for key in KINDS}
+        for key, own in names.items():
+            numbers = [k for k, leaf in enumerate(leaves) if leaf.name in own]
+            # The others are the same whatever the rods are.
+            if not numbers or (key in found and key != "lag"):
+                continue
+            chi2 = chi2_in_room(wider, numbers)
+            if chi2 is not None:
+                found[key] = min(chi2, found.get(key, np.inf))
     # By the price of their numbers: rods of three axes imitate currents in the shell.
     price = float(np.log(max(bench.readings, 2)))
     ranks = sorted(found, key=lambda key: found[key] + price * len(names[key]))
@@ -89,14 +92,14 @@ def _part(key: str) -> str:
     return f"missing.{key}"
 
 
-def _with_part(bench: Bench) -> Bench:
+def _with_part(bench: Bench, coercive_field: float) -> Bench:
     """The bench of a satellite with that part, and nothing of it free."""
     craft = bench.problem.model.spacecraft
     part = MissingTorque(jnp.zeros(3), jnp.zeros(()), jnp.zeros(3))
     around, has_rods = replace(bench.around, pushed=True, field_rate=True), craft.hysteresis_rods is not None
     three = jnp.ones(3)
     rods = HysteresisRods(
-        jnp.eye(3), 0.0 * three, COERCIVE_FIELD * three, REMANENCE * three, SATURATION * three, induction=0.0 * three
+        jnp.eye(3), 0.0 * three, coercive_field * three, REMANENCE * three, SATURATION * three, induction=0.0 * three
     )
     made = eqx.tree_at(
         lambda c: (c.parts, c.hysteresis_rods),
