@@ -60,6 +60,7 @@ FAULTS: dict[str, Fault] = {
     "kick": Fault("munin", truth=true.kick),
     "coil": Fault("munin", truth=true.coil),
     "albedo not free": Fault("munin", truth=true.no_albedo, free=("magnet", "rods", "imax", "inertia")),
+    "aliased": Fault("munin", truth=true.fast, absorbed=True),
     "drag": Fault("cube", truth=true.drag),
     "magnetometer mirrored": Fault("cube", table=data.mag_axes),
     "magnetometer turned": Fault("cube", table=data.mag_turned, absorbed=True),

@@ -94,3 +94,11 @@ def coil(cfg, draw):
 def no_albedo(cfg, draw):
     cfg["albedo_diffuse"], cfg["albedo_specular"] = float(draw.uniform(0.2, 0.4)), float(draw.uniform(0.2, 0.6))
     return r"^albedo not free|^parts not free: albedo"
+
+
+def fast(cfg, draw):
+    # Beyond half a turn between readings, and beyond what the Sun's turns show.
+    turns = draw.uniform(0.6, 0.8)
+    rate, direction = 2.0 * np.pi * turns / cfg["cadence"], draw.standard_normal(3)
+    cfg["w0"] = (rate * direction / np.linalg.norm(direction)).tolist()
+    return r"^rate: "

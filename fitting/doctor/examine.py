@@ -14,7 +14,9 @@ from fitting.doctor.causes.dates import other_year, other_zone
 from fitting.doctor.causes.freeing import freed_parts
 from fitting.doctor.causes.magnets import other_magnets
 from fitting.doctor.causes.mountings import other_axes
+from fitting.doctor.causes.outliers import outlying_readings
 from fitting.doctor.causes.positions import earth_fixed, late_positions
+from fitting.doctor.causes.rates import faster_turns
 from fitting.doctor.causes.scales import drifting_scales, offset_readings, other_noise
 from fitting.doctor.causes.stamps import jumping_stamps, late_channels, running_clock
 from fitting.doctor.causes.torques import missing_torques
@@ -53,6 +55,7 @@ def examine(bench: Bench, result: FitResult, progress: Progress) -> tuple[Cause,
         lambda: other_noise(bench, result),
     ]
     kinds: list[Kind] = [
+        lambda: outlying_readings(bench, result),
         lambda: earth_fixed(bench),
         lambda: other_year(bench),
         lambda: jumping_stamps(bench),
@@ -61,6 +64,7 @@ def examine(bench: Bench, result: FitResult, progress: Progress) -> tuple[Cause,
         lambda: dead_columns(bench),
         # Near a minimum that is none of the data's, small changes help nothing.
         *(orders + local if bench.hopeless else local + orders),
+        lambda: faster_turns(bench),
         lambda: missing_torques(bench),
         lambda: running_clock(bench),
         lambda: other_zone(bench),
