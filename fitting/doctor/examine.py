@@ -29,6 +29,8 @@ from jaxsat.errors import InputError
 
 NOISE = 1.2
 """Chi2 per reading with a cause that leaves nothing to be explained: no other is tried."""
+LEFT = 0.25
+"""Of what was unexplained, that may be left then."""
 DOUBT_P, DENIES = 2e-3, 40.0
 """Probability of chi2 below which a fit is doubtful, and the fall of chi2 by a cause, beside 2 for each number it adds,
 that denies it: noise makes one of that size in a thousand million fits."""
@@ -71,7 +73,9 @@ def examine(bench: Bench, result: FitResult, progress: Progress) -> tuple[Cause,
         lambda: other_magnets(bench),
         lambda: changes(bench),
     ]
-    return _tried(bench, kinds, NOISE * bench.readings, progress)
+    # Of what is little over the noise most has to go.
+    enough = min(NOISE * bench.readings, bench.readings + LEFT * bench.unexplained)
+    return _tried(bench, kinds, enough, progress)
 
 
 def doubtful(result: FitResult) -> bool:

@@ -7,7 +7,7 @@ import numpy as np
 from fitting.outcome.result import Cause
 
 EXPLAINED = 1.6
-"""Chi2 per reading up to which a cause explains the data."""
+"""Chi2 per reading up to which a cause explains the data; half of what was beyond the noise must be gone too."""
 WORTH = 12.0
 """By which chi2 must fall, beside the price of what a cause adds, for it to be named at all."""
 
@@ -52,7 +52,7 @@ def ranked(trials: list[Trial], chi2_before: float, readings: int) -> tuple[Caus
             chi2_before,
             each.chi2,
             each.added,
-            bool(each.settles or each.chi2 < EXPLAINED * readings),
+            bool(each.settles or each.chi2 < min(EXPLAINED * readings, 0.5 * (readings + chi2_before))),
             each.option,
         )
         for each in worthy

@@ -9,6 +9,7 @@ from fitting.outcome.result import (
     AMBIGUOUS,
     AMBIGUOUS_VERDICT,
     CONVERGED,
+    DENIED_P,
     FITS,
     FITS_ONLY,
     NOT_CONVERGED,
@@ -28,6 +29,8 @@ REMARKABLE_CHI2_PER_READING = 1.5
 UNTESTED_CHI2, UNTESTED_P, UNTESTED_SHARE = 2.25, 1e-5, 0.1
 """Where nothing was held out, chi2 per degree of freedom beyond the one with a probability below the other denies; so
 does such a share of the readings of a channel that are left out where the others are larger than its noise."""
+TELLING_CHI2, TELLING_LAG = 1.3, 0.2
+"""Chi2 per reading and memory of residuals that together deny where nothing was held out, both far beyond chance."""
 ORBIT_OFF_KM, ORBIT_ODD_KM = 100.0, 30.0
 """Positions that miss one orbit by so much are none of it, or are remarked on: what Kepler's leaves out is less."""
 OLD_DAYS = 60.0
@@ -182,12 +185,25 @@ def _doubts(evidence: Evidence) -> list[str]:
                 f"{100 * lost:.0f} % of the readings of {name} are left out, and the others are farther off than its "
                 "noise: late stamps, a turn or scale of it, or a torque that is missing"
             ]
+        lag = _memory(channel, ALIKE)
+        if p < DENIED_P and (channel.chi2_per_reading or 0.0) > TELLING_CHI2 and abs(lag) > TELLING_LAG:
+            size = np.sqrt(channel.chi2_per_reading or 0.0)
+            return [
+                f"residuals of {name} are {size:.2f} times its noise and agree with their neighbours (lag 1: "
+                f"{lag:+.2f}), which noise of any size does not: a torque or a term of a sensor is missing"
+            ]
     if ratio <= UNTESTED_CHI2:
         return []
     return [
         f"chi2 denies the fit: {ratio:.1f} per degree of freedom (p = {p:.1g} at the stated noise); free more, or "
         "state the noise that the data deserve"
     ]
+
+
+def _memory(channel: ChannelFit, chance: float) -> float:
+    """Largest correlation of neighbouring residuals among columns whose memory is less likely by chance; else zero."""
+    found = [one.lag1 or 0.0 for one in channel.residuals if one.ljung_box_p is not None and one.ljung_box_p < chance]
+    return max(found, key=abs, default=0.0)
 
 
 def _background(evidence: Evidence):
@@ -224,13 +240,9 @@ def _remarks(evidence: Evidence):
         if delay is not None and sigma is not None and abs(delay) > LATE_SIGMAS * sigma:
             late = "late" if delay > 0 else "early"
             yield f"stamps of {name} look {abs(delay):.2g} s {late}: give channels.{name}.delay_s a sigma"
-        alike = [
-            one.lag1 or 0.0
-            for one in channel.residuals
-            if (1.0 if one.ljung_box_p is None else one.ljung_box_p) < ALIKE
-        ]
-        if alike:
-            yield f"neighbouring residuals of {name} agree beyond chance (lag 1: {max(alike, key=abs):+.2f})"
+        lag = _memory(channel, ALIKE)
+        if lag:
+            yield f"neighbouring residuals of {name} agree beyond chance (lag 1: {lag:+.2f})"
         for each in channel.breaks:
             yield (
                 f"{name} breaks at {each.t_s:.0f} s: from there on a turn of {each.turn_deg:.1f} deg and a change of "

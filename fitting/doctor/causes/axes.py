@@ -97,7 +97,9 @@ def _turned(bench, name, orders, perm, refined, number) -> list[tuple[int, ...]]
         if np.linalg.det(other) * hand > 0.0:
             misfits[order] = _misfit(bench, field @ _turn(matrix, other).T)
     if np.isinf(list(misfits.values())).all():
-        return [order for order, other in orders.items() if _class(bench, other) == _class(bench, matrix)]
+        own = _class(bench, matrix)
+        # Without a magnet all are of the same class, and what else is fitted has told them apart.
+        return [order for order, other in orders.items() if _class(bench, other) == own] if any(own[1:]) else []
     return sorted(misfits, key=lambda order: misfits[order])[:KEPT]
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fitting.outcome.result import Break, ChannelFit, Holdout
+from fitting.outcome.series import PanelResiduals
 from fitting.outcome.verdict import Background, Evidence, judge
 
 N = 40
@@ -160,3 +161,15 @@ def test_what_a_shadow_leaves_out_is_told_apart_from_outliers():
         "3 of 30 samples of mag left out where light and computed shadow disagree",
         "2 of 30 samples of mag left out as outliers or in doubtful light",
     )
+
+
+def test_larger_residuals_that_agree_with_their_neighbours_deny_where_nothing_was_held_out():
+    def told(lag: float, ratio: float, p: float, **how):
+        one = PanelResiduals(100, 1.3, 5.0, 0.0, 0.0, lag, 4.0, 1e-6, 4)
+        mag = channel(fitted=np.ones(N, bool), holdout=None, chi2_per_reading=ratio, residuals=(one,))
+        return verdict(mag, held_out=False, ratio=1.4, chi2_p=p, **how)
+
+    status, word, message, _ = told(0.4, 1.8, 1e-20)
+    assert (status, word) == ("not_converged", "not this model") and "1.34 times its noise and agree" in message
+    # Noise of another size has no memory; chance may have either.
+    assert told(0.05, 1.8, 1e-20)[0] == told(0.4, 1.1, 1e-20)[0] == told(0.4, 1.8, 1e-6)[0] == "converged"
