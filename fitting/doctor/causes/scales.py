@@ -52,7 +52,7 @@ def offset_readings(bench: Bench) -> Iterator[Trial]:
     """Faces all of whose readings are too large by a constant, or too small; what was cut off at zero is unknown."""
     for name in sunlit(bench):
         rows, channel = bench.samples.values[name], bench.samples.channels[name]
-        brightest = float(np.nanquantile(np.nanmax(rows, axis=1), 0.9))
+        brightest = float(np.nanquantile(np.nanmax(rows[np.isfinite(rows).any(axis=1)], axis=1), 0.9))
 
         def changed(size: float, name=name, rows=rows) -> Problem:
             return bench.rebuilt(bench.with_values(name, without_offset(rows, size)), same_sky=True)
