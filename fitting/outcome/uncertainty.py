@@ -95,7 +95,7 @@ def scatter_directions(jacobian: np.ndarray, cov: np.ndarray) -> float:
 
     With their `jacobian` [n unknowns] and the covariance of the fit they are noise of one sigma and what the fit leaves
     open, V = I + J C J^T: tr(V)^2 / tr(V^2) (Satterthwaite 1946).
-    Unknowns of no variance, which a bound holds, leave nothing open.
+    Unknowns that nothing tells, of infinite variance, are left out of both.
     """
     finite = np.isfinite(np.diagonal(cov))
     J, n = jacobian[:, finite], len(jacobian)
