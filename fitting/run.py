@@ -133,14 +133,15 @@ def _identified(
         )
 
     found = about(task.parameters)
-    best = found.minima[0].refined
-    opposed = is_opposed(found.parameters, np.asarray(best.points.x)[0, len(STATE) :])
+    best = [minimum.refined for minimum in found.minima[:1]]
+    opposed = any(is_opposed(found.parameters, np.asarray(each.points.x)[0, len(STATE) :]) for each in best)
     # No step leads through no dipole: the starts that were on the way to the opposite one may all have ended there.
-    if not (opposed or (best.hopeless[0] and direction_alone(found.parameters))):
+    lost = any(each.hopeless[0] for each in best) and direction_alone(found.parameters)
+    if not (opposed or lost):
         return found, ()
     other = about(turned_round(task.parameters))
     least = other.minima[0].refined
-    if least.score[0] < best.score[0] and not least.hopeless[0]:
+    if least.score[0] < best[0].score[0] and not least.hopeless[0]:
         return other, (OPPOSED,)
     return found, (OPPOSED,) if opposed else ()
 
