@@ -3,8 +3,9 @@
 import gc
 import multiprocessing
 import signal
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
 
@@ -38,7 +39,8 @@ class DrawingProcess:
         processes = multiprocessing.get_context("spawn")
         self._mine, its = processes.Pipe()
         self._process = processes.Process(target=_serve, args=(its,), name="draw", daemon=True)
-        self._process.start()
+        with _without_interrupts():
+            self._process.start()
         # Its end stands open there alone, so that each sees where the other is gone.
         its.close()
         return self
@@ -63,9 +65,23 @@ class DrawingProcess:
         return found
 
 
+@contextmanager
+def _without_interrupts() -> Iterator[None]:
+    """Ctrl-C goes to all processes of a terminal: one that is started here never hears it, and ends with this one."""
+    block = getattr(signal, "pthread_sigmask", None)
+    if block is None:
+        yield
+        return
+    # What Python starts with a first process would lift the block.
+    resource_tracker.ensure_running()
+    before = block(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        block(signal.SIG_SETMASK, before)
+
+
 def _serve(connection: Connection) -> None:
-    # Ctrl-C goes to all processes of a terminal; this one ends with the other.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     # Looking for garbage among all that is imported takes a quarter of the drawing's time.
     gc.set_threshold(100_000)
     import fitting.report.fit.pictures  # noqa: F401  # While the first fit goes on.
