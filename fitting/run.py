@@ -139,7 +139,11 @@ def _identified(
     lost = any(each.hopeless[0] for each in best) and direction_alone(found.parameters)
     if not (opposed or lost):
         return found, ()
-    other = about(turned_round(task.parameters))
+    try:
+        other = about(turned_round(task.parameters))
+    except InputError:
+        # No start about it survives; what was found stands.
+        return found, (OPPOSED,) if opposed else ()
     least = other.minima[0].refined
     if least.score[0] < best[0].score[0] and not least.hopeless[0]:
         return other, (OPPOSED,)

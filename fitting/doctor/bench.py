@@ -191,6 +191,12 @@ class Bench:
         best = int(np.argmin(found))
         return found[best], best
 
+    def chi2_near(
+        self, problem: Problem, starts: Starts | None = None, *, parameters: FreeParameters | None = None
+    ) -> float:
+        """The lowest of the minima near the starts, by default near those of the fit."""
+        return self.best_of(problem, self.refitted(problem, starts, parameters=parameters))[0]
+
     @cached_property
     def score(self) -> Score:
         """The best minimum, linearised, with what witnesses say."""

@@ -75,7 +75,7 @@ def anew(
     runs = searched(bench, [(coarse, samples)], count, parameters=parameters)
     if runs:
         fine = change(bench.rebuilt(samples, around, same_sky=same_sky))
-        yield bench.best_of(fine, bench.refitted(fine, first(runs[0].starts), parameters=parameters))[0]
+        yield bench.chi2_near(fine, first(runs[0].starts), parameters=parameters)
 
 
 def first(starts: Starts) -> Starts:
@@ -109,8 +109,7 @@ def along(
         tried = list(anyway)
 
     def chi2(number: float) -> float:
-        problem = change(number)
-        return bench.best_of(problem, bench.refitted(problem))[0]
+        return bench.chi2_near(change(number))
 
     return lowest(chi2, tried, bench.chi2)
 

@@ -157,6 +157,11 @@ class ChannelFit:
     weight: np.ndarray | None = None
     """[time differences] with which each residual was fitted: 0 where it was not, or where it says nothing."""
 
+    @property
+    def memory_p(self) -> float:
+        """Least probability among its columns that white noise has such a memory; 1 where none tells."""
+        return min((each.ljung_box_p for each in self.residuals if each.ljung_box_p is not None), default=1.0)
+
 
 def misfit_share(left_out: np.ndarray, measured: np.ndarray, modelled: np.ndarray, sigma: float) -> float:
     """Samples [time] left out though their currents [time panels] are as bright as modelled, over the bright ones.

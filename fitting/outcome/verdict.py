@@ -179,17 +179,16 @@ def _doubts(evidence: Evidence) -> list[str]:
         return []
     for name, channel in evidence.channels.items():
         lost = 1.0 - float(channel.used[channel.fitted].mean()) if channel.fitted.any() else 0.0
-        larger = (channel.chi2_per_reading or 0.0) > REMARKABLE_CHI2_PER_READING
-        if larger and lost > UNTESTED_SHARE and channel.kind not in OF_LIGHT:
+        chi2 = channel.chi2_per_reading or 0.0
+        if chi2 > REMARKABLE_CHI2_PER_READING and lost > UNTESTED_SHARE and channel.kind not in OF_LIGHT:
             return [
                 f"{100 * lost:.0f} % of the readings of {name} are left out, and the others are farther off than its "
                 "noise: late stamps, a turn or scale of it, or a torque that is missing"
             ]
         lag = _memory(channel, ALIKE)
-        if p < DENIED_P and (channel.chi2_per_reading or 0.0) > TELLING_CHI2 and abs(lag) > TELLING_LAG:
-            size = np.sqrt(channel.chi2_per_reading or 0.0)
+        if p < DENIED_P and chi2 > TELLING_CHI2 and abs(lag) > TELLING_LAG:
             return [
-                f"residuals of {name} are {size:.2f} times its noise and agree with their neighbours (lag 1: "
+                f"residuals of {name} are {np.sqrt(chi2):.2f} times its noise and agree with their neighbours (lag 1: "
                 f"{lag:+.2f}), which noise of any size does not: a torque or a term of a sensor is missing"
             ]
     if ratio <= UNTESTED_CHI2:

@@ -60,20 +60,20 @@ def _searched(
 
     Orders of one class, which a turn about the magnet carries into each other, have the same torque: one is searched.
     """
-    rows, best, least = bench.samples.values[name], [], np.inf
-    for order in {_class(bench, matrix): order for order, matrix in reversed(orders.items())}.values():
+    rows, one_of, found = bench.samples.values[name], {}, {}
+    for order, matrix in orders.items():
+        one_of.setdefault(_class(bench, matrix), order)
+    # Each by itself, with room for as many starts as a search of the usual order has.
+    for order in one_of.values():
         samples = bench.with_values(name, rows[:, list(order)])
-        # Each by itself, with room for as many starts as a search of the usual order has.
-        runs = searched(bench, [(bench.rebuilt(samples, same_sky=True, coarse=True), samples)], STARTS)
-        if runs and runs[0].starts.cost[0] < least:
-            best, least = [(order, runs[0].starts)], float(runs[0].starts.cost[0])
-    found = []
-    for order, starts in best:
-        fine = bench.rebuilt(bench.with_values(name, rows[:, list(order)]), same_sky=True)
-        refined = bench.refitted(fine, first(starts))
-        if len(refined.score):
-            found.append((order, refined, bench.best_of(fine, refined)[1]))
-    return found
+        for run in searched(bench, [(bench.rebuilt(samples, same_sky=True, coarse=True), samples)], STARTS):
+            found[order] = run.starts
+    if not found:
+        return []
+    best = min(found, key=lambda order: found[order].cost[0])
+    fine = bench.rebuilt(bench.with_values(name, rows[:, list(best)]), same_sky=True)
+    refined = bench.refitted(fine, first(found[best]))
+    return [(best, refined, bench.best_of(fine, refined)[1])] if len(refined.score) else []
 
 
 def _class(bench: Bench, matrix: np.ndarray) -> tuple[int, ...]:
@@ -134,7 +134,7 @@ def _trial(bench, name, order, perm, orders, refined, number) -> Trial:
         x[0, len(STATE) :] = _leaves_turned(bench, x[0], turn)
     starts = Starts(x, reference.as_quat(scalar_first=True)[None], np.zeros(1))
     fine = bench.rebuilt(bench.with_values(name, rows[:, list(order)]), same_sky=True)
-    chi2, _ = bench.best_of(fine, bench.refitted(fine, starts))
+    chi2 = bench.chi2_near(fine, starts)
     return Trial(
         "axes",
         f"columns of {name} in another order: {exchanged(labels, order)}",

@@ -94,13 +94,12 @@ def _raced(bench: Bench, told: dict[int, tuple[Samples, Around]]) -> dict[int, f
     for run in searched(bench, problems, STARTS)[:TRIED]:
         hours = list(told)[int(run.convention.mismatch)]
         fine = bench.rebuilt(*told[hours])
-        found[hours] = bench.best_of(fine, bench.refitted(fine, first(run.starts)))[0]
+        found[hours] = bench.chi2_near(fine, first(run.starts))
     return found
 
 
 def _chi2(bench: Bench, told: tuple[Samples, Around]) -> float:
-    problem = bench.rebuilt(*told)
-    return bench.best_of(problem, bench.refitted(problem))[0]
+    return bench.chi2_near(bench.rebuilt(*told))
 
 
 def _near(meant: Epoch, elements_epoch: Epoch) -> str:

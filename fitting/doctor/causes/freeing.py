@@ -119,7 +119,7 @@ def chi2_in_room(bench: Bench, numbers: list[int]) -> float | None:
     wider, starts = widened(bench, bench.problem.model, old.leaves, numbers)
     if len(wider.columns) != len(old.columns) or wider.tree.moving != old.tree.moving:
         return None
-    chi2 = bench.best_of(bench.problem, bench.refitted(bench.problem, starts, parameters=wider))[0]
+    chi2 = bench.chi2_near(bench.problem, starts, parameters=wider)
     return chi2 if chi2 < bench.enough else min([chi2, *anew(bench, bench.samples, STARTS, parameters=wider)])
 
 
@@ -143,10 +143,10 @@ def _beside(bench: Bench, numbers: list[int], start: int) -> float:
     """Chi2 with numbers of sensors settled on the host."""
     found, x, reference = _settled(bench, numbers, start)
     parameters = bench.parameters.with_nominal(dict(zip(numbers, found, strict=True)))
-    refined = bench.refitted(bench.problem, Starts(x[None], reference[None], np.zeros(1)), parameters=parameters)
+    chi2 = bench.chi2_near(bench.problem, Starts(x[None], reference[None], np.zeros(1)), parameters=parameters)
     sigma = np.array([bench.parameters.leaves[k].loose for k in numbers])
     nominal = np.asarray(bench.parameters.tree.nominal)[numbers]
-    return bench.best_of(bench.problem, refined)[0] + float((((found - nominal) / sigma) ** 2).sum())
+    return chi2 + float((((found - nominal) / sigma) ** 2).sum())
 
 
 def _settled(bench: Bench, numbers: list[int], start: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -38,9 +38,8 @@ def outlying_readings(bench: Bench, result: FitResult) -> Iterator[Trial]:
 
 
 def _explained(channel: ChannelFit) -> bool:
-    memory = [1.0 if each.ljung_box_p is None else each.ljung_box_p for each in channel.residuals if each.count]
     ratio = channel.chi2_per_reading
-    return ratio is not None and ratio < AT_NOISE and min(memory, default=1.0) > WHITE_P
+    return ratio is not None and ratio < AT_NOISE and channel.memory_p > WHITE_P
 
 
 def _scattered(channel: ChannelFit) -> bool:

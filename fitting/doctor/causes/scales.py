@@ -75,10 +75,8 @@ def offset_readings(bench: Bench) -> Iterator[Trial]:
 def other_noise(bench: Bench, result: FitResult) -> Iterator[Trial]:
     """Noise larger by one factor, where residuals have no mean and no memory: what is wrong with a model has both."""
     for name, channel in result.channels.items():
-        ratio, told = channel.chi2_per_reading, [each for each in channel.residuals if each.count]
-        if channel.witness or ratio is None or not 1.5 < ratio < LARGEST**2 or not told:
-            continue
-        if min(1.0 if each.ljung_box_p is None else each.ljung_box_p for each in told) < WHITE_P:
+        ratio = channel.chi2_per_reading
+        if channel.witness or ratio is None or not 1.5 < ratio < LARGEST**2 or channel.memory_p < WHITE_P:
             continue
         yield Trial(
             "noise",

@@ -44,8 +44,7 @@ def jumping_stamps(bench: Bench) -> Iterator[Trial]:
 
 def _chi2(bench: Bench, samples: Samples) -> float:
     """From the minima of the fit, which may be near; where they are not, by a search."""
-    problem = bench.rebuilt(samples)
-    chi2, _ = bench.best_of(problem, bench.refitted(problem))
+    chi2 = bench.chi2_near(bench.rebuilt(samples))
     return chi2 if chi2 < bench.enough else min([chi2, *anew(bench, samples, STARTS, same_sky=False)])
 
 

@@ -62,21 +62,22 @@ class MissingTorque(AbstractTorque):
 def missing_torques(bench: Bench) -> Iterator[Trial]:
     """Each kind of torque that no part of the satellite has, the best of them told, and how the others do."""
     found: dict[str, float] = {}
+    counts: dict[str, int] = {}
     for field in COERCIVE_FIELDS:
+        # The others are the same whatever the rods are, and a satellite with rods of its own gets no more of them.
+        kinds = [key for key in KINDS if key not in counts or (key == "lag" and counts[key])]
+        if not kinds:
+            break
         wider = _with_part(bench, field)
-        leaves = wider.parameters.leaves
-        names = {key: [leaf.name for leaf in leaves if leaf.part == _part(key)] for key in KINDS}
-        for key, own in names.items():
-            numbers = [k for k, leaf in enumerate(leaves) if leaf.name in own]
-            # The others are the same whatever the rods are.
-            if not numbers or (key in found and key != "lag"):
-                continue
-            chi2 = chi2_in_room(wider, numbers)
+        for key in kinds:
+            numbers = [k for k, leaf in enumerate(wider.parameters.leaves) if leaf.part == _part(key)]
+            counts[key] = len(numbers)
+            chi2 = chi2_in_room(wider, numbers) if numbers else None
             if chi2 is not None:
                 found[key] = min(chi2, found.get(key, np.inf))
     # By the price of their numbers: rods of three axes imitate currents in the shell.
     price = float(np.log(max(bench.readings, 2)))
-    ranks = sorted(found, key=lambda key: found[key] + price * len(names[key]))
+    ranks = sorted(found, key=lambda key: found[key] + price * counts[key])
     if not ranks:
         return
     best = ranks[0]
@@ -85,7 +86,7 @@ def missing_torques(bench: Bench) -> Iterator[Trial]:
     words = " or ".join(KINDS[key][0] for key in alike)
     others = "; ".join(f"{KINDS[key][0]}: chi2 {found[key]:.0f}" for key in ranks)
     meaning = "; ".join(KINDS[key][1] for key in alike)
-    yield Trial("torque", f"a torque is missing: {words}", f"{meaning} ({others})", found[best], len(names[best]))
+    yield Trial("torque", f"a torque is missing: {words}", f"{meaning} ({others})", found[best], counts[best])
 
 
 def _part(key: str) -> str:
