@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.measurements.abstract import AbstractProblem
 from fitting.measurements.groups import Groups, of_groups, over_columns
-from fitting.outcome.uncertainty import at_bound, covariance, promised_saving
+from fitting.outcome.uncertainty import at_bound, covariance, promised_saving, undamped_step
 from fitting.parameters.free import FreeParameters
 from fitting.solvers.least_squares import Point
 from fitting.starts.multi_start import NONE, Progress, Stage, Starts, advance, distinct, solve
@@ -24,8 +24,8 @@ CONVERGED_DECREMENT = 1e-2
 MORE_ROUNDS, MORE_STEPS = 6, 60
 """Rounds more, with fresh damping, while a minimum is not reached so far; the last ones, if it explains the data, of so
 many steps, which a narrow bent valley takes, as of a nearly chaotic motion."""
-SHARES = (1.0, 0.3, 0.1)
-"""Of a step that are tried where it is doubted."""
+SHARES, MORE_TRIES = (1.0, 0.3, 0.1), 20
+"""Of a step that are tried where it is doubted, and how often more."""
 LEAST_KEPT = 0.05
 """Share of what a step promises that a round brings at least, or the rounds end."""
 MAX_MINIMA = 8
@@ -108,16 +108,27 @@ def refine(
 
     def settle(points: Point, number: int, stage: Stage, weight: np.ndarray) -> Point:
         # The other solvers, which are there to compare, take ten times as long.
-        for _ in range(patience if solver == Stage.solver else 1):
-            left, promised = _unsettled(points, parameters)
-            if len(left) == 0:
+        own, stuck = solver == Stage.solver, False
+        for _ in range(patience if own else 1):
+            left, promised, _ = _unsettled(points, parameters)
+            if len(left) == 0 or stuck:
                 break
             again = run(number, stage, np.asarray(points.x)[left], np.asarray(points.reference)[left], weight[left])
-            # On a kink, where a panel's horizon passes a sample or a rod turns back, a step promises what none brings.
-            ended = np.all(np.asarray(points.cost)[left] - again.cost < LEAST_KEPT * promised)
+            stuck = bool(np.all(np.asarray(points.cost)[left] - again.cost < LEAST_KEPT * promised))
             points = jax.tree.map(lambda old, new, left=left: _replaced(old, left, new), points, again)
-            if ended:
+        # On a kink, where a panel's horizon passes a sample or a rod turns back, no damped step may be better than the
+        # point though the undamped one is, or a share of it; or slopes promise what none brings.
+        stage = replace(stage, iterations=0)
+        for _ in range(MORE_TRIES if stuck and own else 0):
+            left, promised, steps = _unsettled(points, parameters)
+            if len(left) == 0:
                 break
+            starts = Starts(*(np.asarray(leaf)[left] for leaf in (points.x, points.reference, points.cost)))
+            x, saved = tried(problem, parameters, stage, starts, steps, weight[left])
+            if np.all(saved < LEAST_KEPT * promised):
+                break
+            again = run(number, stage, x, starts.reference, weight[left])
+            points = jax.tree.map(lambda old, new, left=left: _replaced(old, left, new), points, again)
         return points
 
     stage = Stage(last, count, 12, ROBUST_SCALE, everything, solver=solver)
@@ -163,31 +174,53 @@ def refine(
     return Refined(jax.tree.map(lambda leaf: leaf[order], points), score[order], limited[order], hopeless[order])
 
 
+def tried(
+    problem: AbstractProblem,
+    parameters: FreeParameters,
+    stage: Stage,
+    starts: Starts,
+    steps: np.ndarray,
+    weight: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Best points [starts unknowns] on the way of `steps` from starts, and the cost that is seen to be saved there.
+
+    `weight` is [starts samples channels]; the stage, of which no step is taken, says the loss.
+    """
+    shares, count = np.array([0.0, *SHARES]), len(starts.x)
+    x = np.clip(starts.x[:, None] + shares[:, None] * steps[:, None], *parameters.bounds())
+    reference, weight = (np.repeat(leaf, len(shares), axis=0) for leaf in (starts.reference, weight))
+    ways = Starts(x.reshape(-1, x.shape[-1]), reference, np.zeros(len(reference)))
+    cost = advance(problem, parameters, stage, ways, weight).cost.reshape(count, -1)
+    best = np.argmin(np.where(np.isfinite(cost), cost, np.inf), axis=1)
+    each = np.arange(count)
+    return x[each, best], cost[:, 0] - cost[each, best]
+
+
 def tried_saving(problem: AbstractProblem, parameters: FreeParameters, point: Point, step: np.ndarray) -> float:
     """Cost that a step [unknowns] from a minimum, or a share of it, is seen to save.
 
     On a kink, where a face's horizon passes a sample, slopes promise what none brings.
     """
-    shares = np.array([0.0, *SHARES])
-    x = np.asarray(point.x) + shares[:, None] * step
-    reference, weight = (np.repeat(np.asarray(leaf)[None], len(x), 0) for leaf in (point.reference, point.weight))
-    stage = Stage(int(np.flatnonzero(problem.valid)[-1]), len(x), 0, PLAIN, parameters.everything)
-    cost = advance(problem, parameters, stage, Starts(x, reference, np.zeros(len(x))), weight).cost
-    return float(cost[0] - np.nanmin(cost))
+    x, reference, weight = (np.asarray(leaf)[None] for leaf in (point.x, point.reference, point.weight))
+    stage = Stage(int(np.flatnonzero(problem.valid)[-1]), 1, 0, PLAIN, parameters.everything)
+    starts = Starts(x, reference, np.zeros(1))
+    return float(tried(problem, parameters, stage, starts, step[None], weight)[1][0])
 
 
-def _unsettled(points: Point, parameters: FreeParameters) -> tuple[np.ndarray, np.ndarray]:
-    """Indices of minima that more steps would lower (the best, and those that might become it), and by how much."""
+def _unsettled(points: Point, parameters: FreeParameters) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Indices of minima that more steps would lower (the best, and those that might become it), by how much, steps."""
     costs = np.where(np.isfinite(points.cost), points.cost, np.inf)
-    found, promises = [], []
+    found, promises, steps = [], [], []
     for k in np.flatnonzero(np.isfinite(costs)):
         x, gradient, information = (np.asarray(leaf)[k] for leaf in (points.x, points.gradient, points.hessian))
         pressed = at_bound(x, gradient, parameters.bounds())
-        promise = promised_saving(gradient, covariance(information, ~pressed), pressed)
+        cov = covariance(information, ~pressed)
+        promise = promised_saving(gradient, cov, pressed)
         if promise > CONVERGED_DECREMENT and costs[k] - promise <= costs.min():
             found.append(k)
             promises.append(promise)
-    return np.array(found, dtype=int), np.array(promises)
+            steps.append(undamped_step(gradient, cov, pressed))
+    return np.array(found, dtype=int), np.array(promises), np.array(steps)
 
 
 def _replaced(old: np.ndarray, index: np.ndarray, new: np.ndarray) -> np.ndarray:
