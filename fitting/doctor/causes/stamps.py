@@ -17,8 +17,9 @@ STARTS = 64
 FAST = (-0.01, -0.004, 0.004, 0.01)
 MOST_FAST = 0.05
 """Shares by which a clock is tried to run fast, and the largest."""
-MOST_LATE_S = 30.0
-"""By which the stamps of one channel are tried to be late."""
+MOST_LATE_S, LARGEST_GAP = 30.0, 1.5
+"""By which the stamps of one channel are tried to be late, and the gap, in usual intervals, that readings are not
+carried across."""
 
 
 def jumping_stamps(bench: Bench) -> Iterator[Trial]:
@@ -97,8 +98,17 @@ def late_channels(bench: Bench) -> Iterator[Trial]:
 
 
 def _carried(t: np.ndarray, rows: np.ndarray, late_s: float) -> np.ndarray:
-    """Readings that were taken `late_s` before their stamps, at the stamps; a spline through whole rows."""
+    """Readings that were taken `late_s` before their stamps, at the stamps; a spline through whole rows.
+
+    There are none across a gap: other channels may have stamps of their own between these.
+    """
     whole = np.isfinite(rows).all(axis=1)
-    found = CubicSpline(t[whole], rows[whole], extrapolate=False)(t + late_s)
-    near = np.interp(t + late_s, t, whole.astype(float)) == 1.0
-    return np.where((whole & near)[:, None], found, np.nan)
+    own, meant = t[whole], t[whole] + late_s
+    after = np.searchsorted(own, meant)
+    inside = (after > 0) & (after < len(own))
+    apart = own[np.clip(after, 1, len(own) - 1)] - own[np.clip(after, 1, len(own) - 1) - 1]
+    inside |= np.isin(meant, own)
+    near = inside & (apart <= LARGEST_GAP * np.median(np.diff(own)))
+    found = np.full(rows.shape, np.nan)
+    found[whole] = np.where(near[:, None], CubicSpline(own, rows[whole])(meant), np.nan)
+    return found
