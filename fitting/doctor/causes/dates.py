@@ -11,6 +11,7 @@ from fitting.doctor.searches import changed_residual, first, searched
 from fitting.doctor.trial import Trial
 from fitting.measurements.assembly import Samples
 from fitting.measurements.sky import Around
+from fitting.starts.multi_start import Starts
 from jaxsat.environment import igrf_field
 from jaxsat.time import SECONDS_PER_DAY, Epoch, greenwich_angle
 
@@ -19,9 +20,10 @@ OLD_DAYS = 200.0
 """Age of the table's own element set from which another year is tried."""
 HOURS = tuple(hours for hours in range(-12, 15) if hours)
 """By which a clock is tried to be ahead of UTC."""
-STARTS = 8
+STARTS = 128
+"""Of a search under another hour: what it leaves at the right one stands out by its cost."""
 TRIED = 3
-"""Of them that are fitted, those that promise most."""
+"""Hours that are fitted, those that promise most."""
 
 
 def other_year(bench: Bench) -> Iterator[Trial]:
@@ -55,13 +57,14 @@ def other_zone(bench: Bench) -> Iterator[Trial]:
     if bench.session.positions is None:
         return
     told = {hours: _dated(bench, _behind(bench, hours)) for hours in HOURS}
-    if bench.hopeless:
-        known = _raced(bench, told)
-    else:
+    known = {}
+    if not bench.hopeless:
         hunches = {
             hours: bench.score.moved_to(changed_residual(bench, bench.rebuilt(*each))) for hours, each in told.items()
         }
         known = {hours: _chi2(bench, told[hours]) for hours in sorted(hunches, key=lambda h: hunches[h])[:TRIED]}
+    if not any(chi2 < bench.enough for chi2 in known.values()):
+        known |= _searched(bench, told)
     if not known:
         return
     best = min(known, key=lambda hours: known[hours])
@@ -87,15 +90,20 @@ def _dated(bench: Bench, epoch: Epoch) -> tuple[Samples, Around]:
     return replace(bench.samples, epoch=epoch), around
 
 
-def _raced(bench: Bench, told: dict[int, tuple[Samples, Around]]) -> dict[int, float]:
-    """Chi2 of the hours that a search under all of them leaves."""
-    problems = [(bench.rebuilt(*each, coarse=True), each[0]) for each in told.values()]
-    found = {}
-    for run in searched(bench, problems, STARTS)[:TRIED]:
-        hours = list(told)[int(run.convention.mismatch)]
-        fine = bench.rebuilt(*told[hours])
-        found[hours] = bench.chi2_near(fine, first(run.starts))
-    return found
+def _searched(bench: Bench, told: dict[int, tuple[Samples, Around]]) -> dict[int, float]:
+    """Chi2 of the hours whose own searches end lowest; no further hour is searched after one that explains the data.
+
+    Costs are compared at the end, on whole arcs: on short ones any sky explains something.
+    """
+    ends: dict[int, Starts] = {}
+    for hours in sorted(told, key=abs):
+        samples, around = told[hours]
+        for run in searched(bench, [(bench.rebuilt(samples, around, coarse=True), samples)], STARTS):
+            ends[hours] = first(run.starts)
+        if hours in ends and 2.0 * ends[hours].cost[0] < bench.enough:
+            break
+    best = sorted(ends, key=lambda hours: ends[hours].cost[0])[:TRIED]
+    return {hours: bench.chi2_near(bench.rebuilt(*told[hours]), ends[hours]) for hours in best}
 
 
 def _chi2(bench: Bench, told: tuple[Samples, Around]) -> float:
