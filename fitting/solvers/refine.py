@@ -14,8 +14,10 @@ from fitting.starts.multi_start import NONE, Progress, Stage, Starts, advance, d
 
 MAX_LEFT_OUT = 0.35
 """Largest share of bright samples that may be left out; beyond it the model is wrong, not the samples."""
-MOST_BACK = 0.05
-"""Share of a sensor's samples that may be left out though the minimum explains them; more are taken back."""
+MOST_BACK = 0.02
+"""Share of bright samples that may be left out though the minimum explains them; more are taken back."""
+TAKEN_BACK = 3
+"""Times at most: a motion on its way along a narrow bent valley explains more of them each time."""
 ROBUST_SCALE, PLAIN = 3.0, 1e4
 TAIL = 6.0
 """Degrees of freedom of Student's distribution, as many as a sample has currents."""
@@ -147,23 +149,23 @@ def refine(
         stage = Stage(last, count, 15, PLAIN, everything, share.tail, share.ceiling, solver=solver)
         kept = np.where(over_columns(limited, groups), 0.0, weight)
         points = run(number, stage, np.asarray(points.x), np.asarray(points.reference), kept)
-    if solver == Stage.solver and not hopeless.all():
-        stage = replace(stage, iterations=MORE_STEPS)
-    points = settle(points, rounds - 1, stage, kept)
-    of_samples = _sample_squares(points, weight, groups)
-    # What more rounds have brought to explain the samples is not hopeless any more, and leaves out what is left.
-    outlying = (of_samples > limits) & used
-    cured = hopeless & ~_too_many(outlying, bright)
-    hopeless &= ~cured
-    # And what was left out on the way, where the motion was not yet that of the data, may be explained by it.
-    back = np.sum(limited & ~outlying, axis=1) > MOST_BACK * used.sum(axis=1)
-    changed = cured | (back.any(axis=1) & ~hopeless)
-    if shares[-1].leave_out and changed.any():
+    longer = replace(stage, iterations=MORE_STEPS) if solver == Stage.solver else stage
+    points = settle(points, rounds - 1, stage if hopeless.all() else longer, kept)
+    for _ in range(TAKEN_BACK if shares[-1].leave_out else 0):
+        # What more rounds have brought to explain the samples is not hopeless any more, and leaves out what is left.
+        outlying = (_sample_squares(points, weight, groups) > limits) & used
+        cured = hopeless & ~_too_many(outlying, bright)
+        hopeless &= ~cured
+        # And what was left out on the way, where the motion was not yet that of the data, may be explained by it.
+        back = np.sum(limited & ~outlying, axis=1) > MOST_BACK * bright.sum(axis=1)
+        changed = cured | (back.any(axis=1) & ~hopeless)
+        if not changed.any():
+            break
         limited[changed] = outlying[changed]
         kept = np.where(over_columns(limited, groups), 0.0, weight)
-        points = run(rounds - 1, stage, np.asarray(points.x), np.asarray(points.reference), kept)
-        points = settle(points, rounds - 1, stage, kept)
-        of_samples = _sample_squares(points, weight, groups)
+        points = run(rounds - 1, longer, np.asarray(points.x), np.asarray(points.reference), kept)
+        points = settle(points, rounds - 1, longer, kept)
+    of_samples = _sample_squares(points, weight, groups)
     x, reference = np.asarray(points.x), np.asarray(points.reference)
     score = 0.5 * np.minimum(of_samples, limits).sum(axis=(1, 2))
     score = score + 0.5 * (x[:, 6:] ** 2).sum(axis=1)
