@@ -160,8 +160,8 @@ def _of_varying(x, y, labels, remarks) -> OutputIndices:
 def _total(others, whole, lowest: float) -> Estimate:
     """From what all other inputs settle, and all inputs; it is no less than the first-order index is at its lowest."""
     left, unresolved = 1.0 - others.value, 1.0 - whole.value
-    low = max(left - unresolved - _95 * others.sigma_of_difference(whole), min(lowest, left))
-    low, high = (float(np.clip(end, 0.0, 1.0)) for end in (low, left + _95 * others.sigma))
+    low = float(np.clip(max(left - unresolved - _95 * others.sigma_of_difference(whole), lowest), 0.0, 1.0))
+    high = float(np.clip(left + _95 * others.sigma, low, 1.0))
     if unresolved > DIM:
         return Estimate(np.nan, low, high)
     return Estimate(float(np.clip((left - unresolved) / (1.0 - unresolved), low, high)), low, high)

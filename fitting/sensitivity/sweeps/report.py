@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fitting.sensitivity.sweeps.indices import FEWEST, MOST, OutputIndices, dependences, sobol_indices
-from fitting.sensitivity.sweeps.table import SUCCESS, SweepTable, read_sweep
+from fitting.sensitivity.sweeps.table import SUCCESS, SweepTable, joined, read_sweep
 from jaxsat.errors import InputError
 from jaxsat.files.json_files import plain, write_json
 from jaxsat.files.staging import staged_directory
