@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
+from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import rankdata
 
 CASES_A_TERM, MOST_TERMS = 8, 600
@@ -82,16 +83,13 @@ def fit_polynomials(u: np.ndarray, output: np.ndarray, rng: np.random.Generator)
     parts = [basis[fold == number] for number in range(FOLDS)]
     squares = [part.T @ part for part in parts]
     products = [part.T @ output[fold == number] for number, part in enumerate(parts)]
-    power = [float(output[fold == number] @ output[fold == number]) for number in range(FOLDS)]
+    square, product = sum(squares), sum(products)
+    ridge = _best_ridge(square, product, float(output @ output), cases)
+    # The ridge is one number from all cases; a sum without a fifth of them wants as much less of it.
     coefficients = np.stack(
         [
-            _ridge(
-                sum(squares) - squares[number],
-                sum(products) - products[number],
-                sum(power) - power[number],
-                cases - len(parts[number]),
-            )
-            for number in range(FOLDS)
+            _solution(square - squares[number], product - products[number], ridge * (cases - len(part)) / cases)
+            for number, part in enumerate(parts)
         ]
     )
     foretold = np.empty(cases)
@@ -100,18 +98,21 @@ def fit_polynomials(u: np.ndarray, output: np.ndarray, rng: np.random.Generator)
     return PolynomialModel(terms, fold, coefficients, foretold)
 
 
-def _ridge(square: np.ndarray, product: np.ndarray, power: float, cases: int) -> np.ndarray:
-    """Coefficients of least squares from sums over the cases, with the ridge of least generalised cross-validation."""
+def _best_ridge(square: np.ndarray, product: np.ndarray, power: float, cases: int) -> float:
+    """The ridge of least generalised cross-validation, from sums over the cases."""
     values, vectors = np.linalg.eigh(square)
     values, along = np.maximum(values, 0.0), vectors.T @ product
-    best, found = np.inf, along
-    for ridge in _RIDGES * cases:
+
+    def score(ridge):
         kept = values / (values + ridge)
         left = power - np.sum(along**2 / (values + ridge) * (2.0 - kept))
-        score = left / (1.0 - kept.sum() / cases) ** 2
-        if score < best:
-            best, found = score, along / (values + ridge)
-    return vectors @ found
+        return left / (1.0 - kept.sum() / cases) ** 2
+
+    return min(_RIDGES * cases, key=score)
+
+
+def _solution(square: np.ndarray, product: np.ndarray, ridge: float) -> np.ndarray:
+    return cho_solve(cho_factor(square + ridge * np.eye(len(square)), lower=True), product)
 
 
 def _terms(columns: int, count: int) -> tuple[Term, ...]:
