@@ -9,7 +9,8 @@ Where all other inputs are hardly known from neighbours, as there are many or th
 large, by at most what is unresolved: what is left open where all inputs are known (an output without noise: nothing).
 An input that does nothing shows as much (the dummy input of Zadeh et al. 2017). It is taken off the lower end; `value`
 counts it as noise, which every input shares in the same measure. With noise in the loop it is the noise's share too.
-Where more than half is unresolved, there is no `value` of the total index: only its interval.
+Where more than a fifth is unresolved, there is no `value` of the total index: only its interval. A first-order index of
+a vector of many numbers may likewise be too small, by less: its upper end says so.
 """
 
 from collections.abc import Mapping
@@ -19,14 +20,14 @@ from itertools import combinations
 import numpy as np
 from scipy.stats import norm, rankdata
 
-from fitting.sensitivity.sweeps.matching import closed_index
+from fitting.sensitivity.sweeps.matching import ClosedIndex, closed_index
 from fitting.sensitivity.sweeps.polynomials import fit_polynomials, quantiles
 
 FEWEST, MOST = 200, 20_000
 """Cases that an index takes, and of which so many are used: twice as many take four times as long."""
 RAREST = 30
 """Cases that must have the rarer of two values."""
-DIM = 0.5
+DIM = 0.2
 """Unresolved share beyond which a total index has no value."""
 HEAVY = 0.05
 """Share of the variance that one case may make."""
@@ -132,20 +133,26 @@ def _of_varying(x, y, labels, remarks) -> OutputIndices:
     for name, values in x.items():
         places[name] = everything[begin : begin + values.shape[1]]
         begin += values.shape[1]
-    whole = closed_index(u, z, everything, model, scale)
+    whole, points = closed_index(u, z, everything, model, scale), u * scale
     slopes, slope_sigmas = _slopes(table, y)
     steep = sigma * np.sqrt(model.mean_square_slopes(u))
     found = {}
     for name, own in places.items():
         first = closed_index(u, z, own, model, scale)
         others = [column for column in everything if column not in own]
-        lowest = first.value - _95 * first.sigma
-        alone = Estimate(first.value, lowest, first.value + _95 * first.sigma)
+        lowest, highest = first.value - _95 * first.sigma, first.value + _95 * first.sigma
         if others:
             total = _total(closed_index(u, z, others, model, scale), whole, lowest)
         else:
             # The only input: what it does not settle is noise.
-            total = Estimate(*(float(np.clip(end, 0.0, 1.0)) for end in (first.value, lowest, alone.high)))
+            total = Estimate(*(float(np.clip(end, 0.0, 1.0)) for end in (first.value, lowest, highest)))
+        lost = 0.0
+        if others and len(own) > 1:
+            # Neighbours in a few columns are nearer than those in all. What is unresolved falls as the square of the
+            # distance, where the output jumps as the distance, and is here taken to fall as its root.
+            nearer = min(_apart(points[:, own], first) / max(_apart(points[:, own], whole), 1e-300), 1.0)
+            lost = max(1.0 - whole.value, 0.0) * nearer**0.5
+        alone = Estimate(first.value, lowest, max(highest, min(highest + lost, total.high)))
         found[name] = Indices(
             alone,
             total,
@@ -157,7 +164,12 @@ def _of_varying(x, y, labels, remarks) -> OutputIndices:
     return OutputIndices(len(y), mean, sigma, foretold, 1.0 - whole.value, found, remarks)
 
 
-def _total(others, whole, lowest: float) -> Estimate:
+def _apart(points: np.ndarray, pairs: ClosedIndex) -> float:
+    """Mean distance of cases from their neighbours."""
+    return float(np.mean(np.linalg.norm(points[pairs.first] - points[pairs.second], axis=1)))
+
+
+def _total(others: ClosedIndex, whole: ClosedIndex, lowest: float) -> Estimate:
     """From what all other inputs settle, and all inputs; it is no less than the first-order index is at its lowest."""
     left, unresolved = 1.0 - others.value, 1.0 - whole.value
     low = float(np.clip(max(left - unresolved - _95 * others.sigma_of_difference(whole), lowest), 0.0, 1.0))

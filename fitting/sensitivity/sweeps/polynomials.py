@@ -83,7 +83,7 @@ def fit_polynomials(u: np.ndarray, output: np.ndarray, rng: np.random.Generator)
     parts = [basis[fold == number] for number in range(FOLDS)]
     squares = [part.T @ part for part in parts]
     products = [part.T @ output[fold == number] for number, part in enumerate(parts)]
-    square, product = sum(squares), sum(products)
+    square, product = np.sum(squares, axis=0), np.sum(products, axis=0)
     ridge = _best_ridge(square, product, float(output @ output), cases)
     # The ridge is one number from all cases; a sum without a fifth of them wants as much less of it.
     coefficients = np.stack(

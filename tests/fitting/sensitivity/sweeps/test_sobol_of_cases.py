@@ -99,6 +99,19 @@ def test_a_vector_is_one_input():
         assert one.first.low < 0.0 < one.first.high and one.total.value > 0.95 and one.total.high == 1.0
 
 
+def test_a_vector_whose_neighbours_are_far_says_so():
+    """A sign that changes quickly along a vector of six numbers, of variance 1 as x has: neighbours are no help."""
+    rng = np.random.default_rng(6)
+    v, x = rng.normal(size=(CASES, 6)), rng.normal(size=CASES)
+    found = sobol_indices({"v": v, "x": x}, np.sign(np.sin(3.0 * v[:, 0] + 2.0 * v[:, 1] * v[:, 2])) + x)
+    assert found.unresolved > 0.3 and found.inputs["v"].first.value < 0.3
+    for one in found.inputs.values():
+        assert one.first.low < 0.5 < one.first.high and one.total.low < 0.5 < one.total.high
+        assert np.isnan(one.total.value)
+    # One number has near neighbours whatever the others.
+    assert found.inputs["x"].first.high < 0.6
+
+
 def test_noise_that_no_input_says_is_unresolved():
     rng = np.random.default_rng(2)
     x, other, noise = rng.normal(size=(3, CASES))
