@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fitting.sensitivity.sweeps.indices import FEWEST, MOST, OutputIndices, dependences, sobol_indices
-from fitting.sensitivity.sweeps.table import SUCCESS, SweepTable, joined, read_sweep
+from fitting.sensitivity.sweeps.table import SUCCESS, SweepTable, read_sweep, regrouped
 from jaxsat.errors import InputError
 from jaxsat.files.json_files import plain, write_json
 from jaxsat.files.staging import staged_directory
@@ -28,6 +28,7 @@ def write_sweep_indices(
     out: Path,
     *,
     together: Sequence[Sequence[str]] = (),
+    apart: Sequence[str] = (),
     plots: bool = True,
     progress: Callable[[str], None] = lambda said: None,
 ) -> tuple[dict[str, Any], list[tuple[str, ...]], list[str]]:
@@ -35,9 +36,10 @@ def write_sweep_indices(
 
     Returns the document, rows of a table under `HEAD`, and sentences that belong beneath it. Raises `InputError`, one
     line, where the directory holds no finished sweep that keeps its inputs, or too few cases. `progress` is told of
-    each metric before it is begun. Inputs that are `together` count as one, as those that depend on each other must.
+    each metric before it is begun. Inputs that are `together` count as one, as those that depend on each other
+    must; of those that are `apart` each column counts by itself, as it may where they are independent.
     """
-    table = joined(read_sweep(directory), together)
+    table = regrouped(read_sweep(directory), together, apart)
     if table.cases < FEWEST:
         again = f"jaxsat sweep {table.scenario} --out {directory} --cases {10 * FEWEST} --resume"
         raise InputError(f"holds {count_text(table.cases, 'case')}; {FEWEST} are needed: `{again}`", file=directory)

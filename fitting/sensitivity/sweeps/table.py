@@ -72,7 +72,7 @@ def read_sweep(directory: Path) -> SweepTable:
     metrics, inputs = _columns(table, directory / CASES)
     if not inputs:
         reason = (
-            f"has no columns {PREFIX}..., what each case was drawn from; `{again}` adds them to a sweep of this version"
+            f"has no columns {PREFIX}..., what each case was drawn from; `{again}` adds what the scenario says of it"
         )
         raise InputError(reason, file=directory / CASES)
     success = np.array([status == next(iter(statuses)) for status in table.column("status").to_pylist()], float)
@@ -89,15 +89,25 @@ def read_sweep(directory: Path) -> SweepTable:
     )
 
 
-def joined(table: SweepTable, together: Sequence[Sequence[str]]) -> SweepTable:
-    """The same with some inputs as one, `a+b` of a and b; `InputError` for a name that is none, or given twice."""
+def regrouped(table: SweepTable, together: Sequence[Sequence[str]], apart: Sequence[str] = ()) -> SweepTable:
+    """The same with some inputs as one, `a+b` of a and b, and with the columns of some as inputs of their own.
+
+    Raises `InputError` for a name that is none, or is given twice.
+    """
     inputs = dict(table.inputs)
+
+    def taken(name: str) -> Column:
+        if name not in inputs:
+            known = f"inputs are {', '.join(table.inputs)}"
+            raise InputError(f"no such input of this sweep, or named twice; {known}", field=name)
+        return inputs.pop(name)
+
+    for name in apart:
+        whole = taken(name)
+        for k, column in enumerate(whole.columns):
+            inputs[column.removeprefix(PREFIX)] = replace(whole, values=whole.values[:, k : k + 1], columns=(column,))
     for names in together:
-        for name in names:
-            if name not in inputs or list(names).count(name) > 1:
-                known = f"inputs are {', '.join(inputs)}"
-                raise InputError(f"no such input of this sweep, or more than once; {known}", field=name)
-        parts = [inputs.pop(name) for name in names]
+        parts = [taken(name) for name in names]
         inputs["+".join(names)] = Column(
             np.concatenate([part.values for part in parts], axis=1),
             ", ".join(dict.fromkeys(part.unit for part in parts)),

@@ -80,6 +80,12 @@ def test_inputs_may_count_as_one(swept, tmp_path):
     assert document["inputs"]["luck+push"]["unit"] == "1, m/s"
     one = document["metrics"]["miss_deg"]["indices"]["luck+push"]
     assert one["first"]["value"] > 0.99 and one["total"]["value"] > 0.99 and one["bound"] is None
+    document, _, _ = write_sweep_indices(swept, tmp_path, apart=["push"], plots=False)
+    found = document["metrics"]["miss_deg"]["indices"]
+    assert list(found) == ["luck", "push_x_m_s", "push_y_m_s"]
+    assert found["push_x_m_s"]["first"]["value"] > 0.99 and found["push_y_m_s"]["total"]["high"] < 0.01
+    with pytest.raises(InputError, match="push: no such input of this sweep, or named twice"):
+        write_sweep_indices(swept, tmp_path, together=[["luck", "push"]], apart=["push"])
     with pytest.raises(InputError, match="lucks: no such input of this sweep.*; inputs are luck, push"):
         write_sweep_indices(swept, tmp_path, together=[["lucks", "push"]])
 
