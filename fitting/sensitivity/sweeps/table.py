@@ -71,9 +71,7 @@ def read_sweep(directory: Path) -> SweepTable:
     table = _read(directory / CASES)
     metrics, inputs = _columns(table, directory / CASES)
     if not inputs:
-        reason = (
-            f"has no columns {PREFIX}..., what each case was drawn from; `{again}` adds what the scenario says of it"
-        )
+        reason = f"has no columns {PREFIX}..., what each case was drawn from; `{again}` adds what the scenario says"
         raise InputError(reason, file=directory / CASES)
     success = np.array([status == next(iter(statuses)) for status in table.column("status").to_pylist()], float)
     metrics = {SUCCESS: Column(success, "1", "1 where a case succeeded, 0 where it did not"), **metrics}
