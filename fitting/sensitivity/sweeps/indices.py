@@ -90,8 +90,8 @@ def sobol_indices(
     """Indices of an output [cases] by inputs, [cases] or [cases columns] each; `names` are those of their columns.
 
     Only cases whose output is finite count. Where no index can be told `inputs` is empty and `remarks` say why. Raises
-    ValueError for inputs that are not finite or of another number of cases. `scipy.stats.sobol_indices` is better where
-    the output is a function that can be called where one wants.
+    ValueError for inputs that are not finite or of another number of cases. `scipy.stats.sobol_indices` needs no
+    neighbours, where the output is a function that can be called where one wants.
     """
     columns = {name: np.asarray(values, float).reshape(len(values), -1) for name, values in inputs.items()}
     output = np.asarray(output, float)
