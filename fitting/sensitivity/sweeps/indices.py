@@ -23,7 +23,7 @@ from scipy.stats import norm, rankdata
 from fitting.sensitivity.sweeps.matching import ClosedIndex, closed_index
 from fitting.sensitivity.sweeps.polynomials import fit_polynomials, quantiles
 
-FEWEST, MOST = 200, 20_000
+FEWEST, MOST = 200, 10_000
 """Cases that an index takes, and of which so many are used: twice as many take four times as long."""
 RAREST = 30
 """Cases that must have the rarer of two values."""
