@@ -10,6 +10,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 os.environ.setdefault("MPLBACKEND", "Agg")
+# Several processes share the processors: threads of linear algebra that wait for each other take ten times as long.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     # In the background of a shell Ctrl-C is ignored, and so it would be by the commands that tests interrupt.
     signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -8,6 +8,7 @@ from jaxsat.sweep.engines import run_dask as run_dask
 from jaxsat.sweep.engines import run_local as run_local
 from jaxsat.sweep.history import History as History
 from jaxsat.sweep.history import Page as Page
+from jaxsat.sweep.inputs import Input as Input
 from jaxsat.sweep.merge import merge_cases as merge_cases
 from jaxsat.sweep.plan import SweepPlan as SweepPlan
 from jaxsat.sweep.plan import claim as claim
@@ -20,6 +21,7 @@ from jaxsat.sweep.scenario import Scenario as Scenario
 from jaxsat.sweep.scenario import case_keys as case_keys
 from jaxsat.sweep.scenario import choice_of as choice_of
 from jaxsat.sweep.scenario import chunk_of as chunk_of
+from jaxsat.sweep.scenario import drawn_inputs as drawn_inputs
 from jaxsat.sweep.scenario import number_of as number_of
 from jaxsat.sweep.scenario import run_cases as run_cases
 from jaxsat.sweep.source import Source as Source

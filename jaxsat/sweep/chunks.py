@@ -14,7 +14,7 @@ from jaxsat.errors import InputError
 from jaxsat.files.publishing import refuse_folders
 from jaxsat.files.whole_file import write_whole
 from jaxsat.sweep.plan import CHUNKS, SweepPlan, chunk_name
-from jaxsat.sweep.scenario import Scenario, run_cases
+from jaxsat.sweep.scenario import Scenario, drawn_inputs, run_cases
 
 _IDENTITY = b"jaxsat.sweep"
 
@@ -33,18 +33,24 @@ def chunk_path(directory: Path, number: int) -> Path:
     return directory / CHUNKS / chunk_name(number)
 
 
-def metric_fields(scenario: Scenario) -> list[pa.Field]:
-    """Columns of the metrics, each with its unit and meaning."""
-    return [
+def number_fields(scenario: Scenario) -> list[pa.Field]:
+    """Columns of metrics and of inputs, each with its unit and meaning; columns of one input say its name too."""
+    metrics = [
         pa.field(name, pa.float64(), metadata={"unit": metric.unit, "meaning": metric.meaning})
         for name, metric in scenario.metrics.items()
     ]
+    inputs = [
+        pa.field(name, pa.float64(), metadata={"unit": one.unit, "meaning": one.meaning, "input": one.name})
+        for one in scenario.inputs
+        for name in one.columns
+    ]
+    return metrics + inputs
 
 
 def chunk_schema(plan: SweepPlan, scenario: Scenario) -> pa.Schema:
-    """Columns of a chunk's file: case, the number of the status, metrics; with the sweep's identity."""
+    """Columns of a chunk's file: case, the number of the status, metrics, inputs; with the sweep's identity."""
     identity = {**plan.identity(), "statuses": list(scenario.statuses)}
-    fields = [pa.field("case", pa.int64()), pa.field("status", pa.int8()), *metric_fields(scenario)]
+    fields = [pa.field("case", pa.int64()), pa.field("status", pa.int8()), *number_fields(scenario)]
     return pa.schema(fields, metadata={_IDENTITY: json.dumps(identity)})
 
 
@@ -52,7 +58,8 @@ def run_chunk(scenario: Scenario, plan: SweepPlan, directory: Path, number: int)
     """Runs a chunk and writes its file."""
     cases, rows = plan.case_numbers(number), plan.rows(number)
     found = run_cases(scenario, plan.seed, cases)
-    columns = [cases[:rows], *(found[name][:rows] for name in ("status", *scenario.metrics))]
+    found |= drawn_inputs(scenario, plan.seed, cases)
+    columns = [cases[:rows], *(found[name][:rows] for name in ("status", *scenario.metrics, *scenario.input_columns))]
     table = pa.Table.from_arrays([pa.array(column) for column in columns], schema=chunk_schema(plan, scenario))
     # With checksums: what a disk spoils later is found when the sweep is resumed or merged.
     path = chunk_path(directory, number)

@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 
 from jaxsat.errors import InputError
 from jaxsat.files.whole_file import write_whole
-from jaxsat.sweep.chunks import chunk_path, metric_fields, read_chunk
+from jaxsat.sweep.chunks import chunk_path, number_fields, read_chunk
 from jaxsat.sweep.plan import SweepPlan
 from jaxsat.sweep.scenario import Scenario
 
@@ -30,7 +30,7 @@ def merge_cases(scenario: Scenario, plan: SweepPlan, directory: Path) -> np.ndar
         [
             pa.field("case", pa.int64()),
             pa.field("status", pa.dictionary(pa.int8(), pa.string())),
-            *metric_fields(scenario),
+            *number_fields(scenario),
         ]
     )
 
@@ -44,7 +44,8 @@ def merge_cases(scenario: Scenario, plan: SweepPlan, directory: Path) -> np.ndar
                 status[begin : begin + len(codes)] = codes
                 begin += len(codes)
                 named = pa.DictionaryArray.from_arrays(pa.array(codes), pa.array(scenario.statuses))
-                columns = [table.column("case"), named, *(table.column(name) for name in scenario.metrics)]
+                numbers = (*scenario.metrics, *scenario.input_columns)
+                columns = [table.column("case"), named, *(table.column(name) for name in numbers)]
                 writer.write_table(pa.Table.from_arrays(columns, schema=schema), row_group_size=ROW_GROUP)
 
     write_whole(directory / CASES, write)

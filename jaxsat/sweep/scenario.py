@@ -11,6 +11,7 @@ import numpy as np
 
 from jaxsat.errors import InputError
 from jaxsat.sweep.history import History
+from jaxsat.sweep.inputs import PREFIX, Input, check_inputs
 
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _OWN_COLUMNS = ("case", "status")
@@ -49,6 +50,10 @@ class Scenario:
     """Sentences on what decides the result and nobody has measured; they go into summary.json."""
     history: Callable[[int, int], History] | None = None
     """`history(seed, case)` runs one case again and returns what happened in it."""
+    inputs: tuple[Input, ...] = ()
+    """What differs at random between its cases, with the options that it has."""
+    draw: Callable[[int, np.ndarray], Any] | None = None
+    """`draw(seed, cases)` returns what `run` begins from, in which each of the `inputs` finds its values."""
 
     def __post_init__(self):
         if not 1 <= len(set(self.statuses)) == len(self.statuses) <= 127:
@@ -58,6 +63,20 @@ class Scenario:
         taken = [name for name in _OWN_COLUMNS if name in self.metrics]
         if taken:
             raise ValueError(f"Scenario {self.name}: no metric may be called {taken[0]}, every sweep has that column")
+        taken = [name for name in self.metrics if name.startswith(PREFIX)]
+        if taken:
+            raise ValueError(f"Scenario {self.name}: metric {taken[0]}: names with {PREFIX} are those of inputs")
+        if self.inputs and self.draw is None:
+            raise ValueError(f"Scenario {self.name}: inputs need a function draw(seed, cases)")
+        try:
+            check_inputs(self.inputs, self.metrics)
+        except ValueError as error:
+            raise ValueError(f"Scenario {self.name}: {error}") from None
+
+    @property
+    def input_columns(self) -> tuple[str, ...]:
+        """Names of the columns of all inputs."""
+        return tuple(column for one in self.inputs for column in one.columns)
 
 
 def run_cases(scenario: Scenario, seed: int, cases: np.ndarray) -> dict[str, np.ndarray]:
@@ -75,6 +94,19 @@ def run_cases(scenario: Scenario, seed: int, cases: np.ndarray) -> dict[str, np.
         raise ValueError(f"scenario {scenario.name}: status must be a whole number below {len(scenario.statuses)}")
     metrics = {name: arrays[name].astype(np.float64) for name in scenario.metrics}
     return {"status": status.astype(np.int8), **metrics}
+
+
+def drawn_inputs(scenario: Scenario, seed: int, cases: np.ndarray) -> dict[str, np.ndarray]:
+    """Columns of all inputs [cases, float64], which cases are drawn from; ValueError where one has no such shape."""
+    if not scenario.inputs or scenario.draw is None:
+        return {}
+    drawn, found = scenario.draw(seed, cases), {}
+    for one in scenario.inputs:
+        try:
+            found |= one.values(drawn, len(cases))
+        except ValueError as error:
+            raise ValueError(f"scenario {scenario.name}: {error}") from None
+    return found
 
 
 def chunk_of(case: int, chunk: int) -> np.ndarray:

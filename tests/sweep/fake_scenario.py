@@ -5,9 +5,20 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from jaxsat.sweep import Factory, Metric, Option, Scenario, number_of
+from jaxsat.sweep import Factory, Input, Metric, Option, Scenario, number_of
 
 STATUSES = ("succeeded", "too_slow", "lost")
+
+
+INPUTS = (
+    Input("luck", "1", "of which a case needs some", lambda drawn: drawn[:, 0]),
+    Input("push", "m/s", "at the start", lambda drawn: 0.5 * drawn[:, 1:], ("x", "y")),
+)
+
+
+def drawn(seed: int, cases: np.ndarray) -> np.ndarray:
+    """Three unit normal numbers of each case."""
+    return np.array([np.random.default_rng([seed, case]).normal(size=3) for case in cases])
 
 
 def _build(options: Mapping[str, str]) -> Scenario:
@@ -15,7 +26,7 @@ def _build(options: Mapping[str, str]) -> Scenario:
 
     def run(seed: int, cases: np.ndarray) -> dict[str, np.ndarray]:
         time.sleep(pause)
-        draws = np.array([np.random.default_rng([seed, case]).normal(size=3) for case in cases])
+        draws = drawn(seed, cases)
         status = np.where(draws[:, 0] > 1.0, 1, np.where(draws[:, 0] < -1.5, 2, 0))
         return {
             "status": status,
@@ -24,7 +35,8 @@ def _build(options: Mapping[str, str]) -> Scenario:
         }
 
     metrics = {"miss_deg": Metric("deg", "by how much"), "settling_time_s": Metric("s", "how soon; none if failed")}
-    return Scenario("fake", STATUSES, metrics, int(number_of(options, "chunk", low=1.0)), run)
+    chunk = int(number_of(options, "chunk", low=1.0))
+    return Scenario("fake", STATUSES, metrics, chunk, run, inputs=INPUTS, draw=drawn)
 
 
 make = Factory(

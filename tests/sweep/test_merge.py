@@ -22,7 +22,10 @@ def test_table_holds_every_case_once_with_units(sweep, monkeypatch):
     assert found.metadata.num_row_groups == 4
     table = found.read()
     found.close()
-    assert table.column_names == ["case", "status", "miss_deg", "settling_time_s"]
+    inputs = ["in_luck", "in_push_x_m_s", "in_push_y_m_s"]
+    assert table.column_names == ["case", "status", "miss_deg", "settling_time_s", *inputs]
+    said = {b"unit": b"m/s", b"meaning": b"at the start", b"input": b"push"}
+    assert [table.schema.field(name).metadata for name in inputs[1:]] == [said, said]
     assert table.schema.field("settling_time_s").metadata == {b"unit": b"s", b"meaning": b"how soon; none if failed"}
     expected = run_cases(one.scenario, 3, np.arange(37))
     np.testing.assert_array_equal(table["case"].to_numpy(), np.arange(37))
@@ -30,6 +33,9 @@ def test_table_holds_every_case_once_with_units(sweep, monkeypatch):
     assert table["status"].to_pylist() == [fake_scenario.STATUSES[code] for code in status]
     for name in ("miss_deg", "settling_time_s"):
         np.testing.assert_array_equal(table[name].to_numpy(), expected[name])
+    # Each beside what came of it.
+    found = np.stack([table[name].to_numpy() for name in inputs], axis=1)
+    np.testing.assert_array_equal(found, fake_scenario.drawn(3, np.arange(37)) * [1.0, 0.5, 0.5])
 
 
 def test_summary_is_that_of_numpy(sweep):

@@ -7,8 +7,9 @@ import jax
 import numpy as np
 import pytest
 
+from jaxsat.cli.sweep.scenarios import SCENARIOS
 from jaxsat.errors import InputError
-from jaxsat.sweep import Scenario, Source, case_keys, choice_of, number_of, run_cases
+from jaxsat.sweep import Scenario, Source, case_keys, choice_of, drawn_inputs, number_of, run_cases
 from jaxsat.sweep.source import factory
 
 FAKE = fake_scenario.make({})
@@ -65,6 +66,34 @@ def test_words_and_columns_of_a_scenario_are_checked():
         dataclasses.replace(FAKE, statuses=("a", "a"))
     with pytest.raises(ValueError, match="no metric may be called case"):
         dataclasses.replace(FAKE, metrics={"case": FAKE.metrics["miss_deg"]})
+
+
+@pytest.mark.parametrize(
+    ("changed", "expected"),
+    [
+        ({"draw": None}, "inputs need a function draw"),
+        ({"inputs": fake_scenario.INPUTS[:1] * 2}, "two columns would be called in_luck"),
+        ({"metrics": {"in_deg": FAKE.metrics["miss_deg"]}}, "metric in_deg: names with in_ are those of inputs"),
+    ],
+)
+def test_columns_of_inputs_are_their_own(changed, expected):
+    with pytest.raises(ValueError, match=f"Scenario fake: {expected}"):
+        dataclasses.replace(FAKE, **changed)
+
+
+def test_an_input_that_is_not_of_its_shape_is_named():
+    wrong = dataclasses.replace(FAKE, draw=lambda seed, cases: np.zeros((len(cases), 2)))
+    with pytest.raises(ValueError, match=r"scenario fake: input push has shape \(8, 1\), expected \(8, 2\)"):
+        drawn_inputs(wrong, 0, CASES)
+    assert drawn_inputs(dataclasses.replace(FAKE, inputs=()), 0, CASES) == {}
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_bundled_scenarios_say_what_they_draw(name):
+    """Nothing is computed for this: what is drawn follows from the options."""
+    made = factory(SCENARIOS[name].address)
+    columns = made({}).input_columns
+    assert len(columns) >= 6 and all(column.startswith("in_") for column in columns)
 
 
 def test_keys_are_those_of_the_cases_alone():

@@ -13,7 +13,7 @@ from jaxsat.cli.sweep.files import case_summary
 from jaxsat.errors import InputError
 from jaxsat.files.json_files import plain, write_json
 from jaxsat.files.staging import staged_directory
-from jaxsat.sweep import History, Page, Scenario, SweepPlan, chunk_of, read_plan, run_cases
+from jaxsat.sweep import History, Page, Scenario, SweepPlan, chunk_of, drawn_inputs, read_plan, run_cases
 from jaxsat.sweep.scenario import as_numbers
 
 SCHEMA = "jaxsat.sweep-case/1"
@@ -60,7 +60,8 @@ def case_page(shown: Page, png: bytes, assumptions: Sequence[str], *, title: str
 def case_document(scenario: Scenario, seed: int, case: int, options: Mapping[str, str]) -> dict[str, Any]:
     """Runs the chunk of a case and returns the content of case.json: the very numbers that a sweep has of it."""
     own = case % scenario.chunk
-    found = run_cases(scenario, seed, chunk_of(case, scenario.chunk))
+    cases = chunk_of(case, scenario.chunk)
+    found, drawn = run_cases(scenario, seed, cases), drawn_inputs(scenario, seed, cases)
     return {
         "schema": SCHEMA,
         "scenario": scenario.name,
@@ -70,6 +71,11 @@ def case_document(scenario: Scenario, seed: int, case: int, options: Mapping[str
         "status": scenario.statuses[found["status"][own]],
         "metrics": {
             name: {"value": float(found[name][own]), "unit": metric.unit} for name, metric in scenario.metrics.items()
+        },
+        "inputs": {
+            name: {"value": float(drawn[name][own]), "unit": one.unit}
+            for one in scenario.inputs
+            for name in one.columns
         },
     }
 

@@ -23,6 +23,7 @@ from jaxtyping import Array, Float, Key
 from jaxsat.control.sun_pointing.cases import Cases, run_cases
 from jaxsat.control.sun_pointing.law import SunPointingLaw
 from jaxsat.control.sun_pointing.loop import LoopSettings, LoopState
+from jaxsat.math import angle_between, quaternion
 
 LAW_PARAMETERS = ("attitude_gain", "rate_gain", "slew_rate", "search_rate", "rate_dead_band", "damped_rate")
 VEHICLE_PARAMETERS = ("inertia", "torque", "min_pulse", "face_angle", "hood_angle")
@@ -90,9 +91,11 @@ def sensitivities(
 ) -> list[Sensitivity]:
     """One `Sensitivity` for each of the metrics, by two runs of all cases for each parameter.
 
-    `spread` is sigma of the log-parameters.
-
-    Cases in which a metric is not finite, on either side, count for nothing in it.
+    The loop of `settings` and `law` runs all `cases` for so many control `periods` with the Sun in the direction
+    `sun_eci`, a unit vector. `names` are some of `PARAMETERS`, `metrics` functions of the final states, as
+    `settling_time`, `impulse` and `final_error(...)`; `key` draws the changes of the parameters, whose logarithms have
+    the 1-sigma `spread`: the mean that is differentiated is over these too. Cases in which a metric is not finite, on
+    either side, count for nothing in it. Raises ValueError for a name that is none.
     """
     e = np.asarray(jax.random.normal(key, (len(cases.quaternion),)))
     means, slopes, errors = [], [], []
@@ -131,3 +134,14 @@ def settling_time(state: LoopState) -> Float[Array, " cases"]:
 def impulse(state: LoopState) -> Float[Array, " cases"]:
     """Spent by all thrusters [N s]."""
     return state.impulse
+
+
+def final_error(law: SunPointingLaw, cases: Cases, sun_eci: Float[Array, "3"]) -> Metric:
+    """The metric of these cases that is the true angle between the Sun and where it shall stand, at the end [rad]."""
+    target = law.target()
+    mounting = jnp.broadcast_to(cases.vehicle.body_from_instrument, (len(cases.quaternion), 3, 3))
+
+    def error(q, body_from_instrument):
+        return angle_between(target, body_from_instrument.T @ quaternion.rotate_inverse(q, sun_eci))
+
+    return lambda state: jax.vmap(error)(state.quaternion, mounting)

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from jaxsat.sweep.history import History
-from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, case_keys
+from jaxsat.sweep.inputs import Input, upright
+from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, case_keys, number_of
 
 if TYPE_CHECKING:
     from jaxsat.control.earth_search.loop import LoopSettings
@@ -206,7 +207,61 @@ def _build(options: Mapping[str, str]) -> Scenario:
         _, draw, run_drawn, _ = _program(program)
         return jax.device_get(run_drawn(draw(case_keys(seed, cases))))
 
-    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=functools.partial(_history, program))
+    def draw(seed: int, cases: np.ndarray):
+        return jax.device_get(_program(program)[1](case_keys(seed, cases)))
+
+    history = functools.partial(_history, program)
+    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history, inputs=_inputs(options), draw=draw)
+
+
+def _inputs(options: Mapping[str, str]) -> tuple[Input, ...]:
+    """What its cases are drawn from, of the `Cases` that they are: what has a spread."""
+    from jaxsat.constants import EARTH_RADIUS_MEAN
+
+    def failed(cases):
+        place = {"replaced": "on_spare", "silent": "silent", "stuck": "stuck"}[options["failure"]]
+        return np.argmax(getattr(cases.vehicle, place), axis=1)
+
+    def altitude(cases):
+        return 1e-3 * EARTH_RADIUS_MEAN * (cases.scene.distance - 1.0)
+
+    axes = tuple("xyz")
+    plane = tuple(f"{place}_{axis}" for place in ("up", "along") for axis in axes)
+    sky = tuple(f"{body}_{axis}" for body in ("sun", "moon") for axis in axes)
+    inputs = (
+        Input(
+            "attitude",
+            "1",
+            "quaternion at the start, scalar first, from body to inertial axes",
+            lambda c: upright(c.quaternion),
+            tuple("wxyz"),
+        ),
+        Input(
+            "orbit",
+            "1",
+            "directions from the Earth's centre and of the motion at the start, inertial axes",
+            lambda c: np.concatenate([c.up, c.along], axis=1),
+            plane,
+        ),
+        Input(
+            "sky",
+            "1",
+            "directions of Sun and Moon on the date, inertial axes",
+            lambda c: np.concatenate([c.scene.sun, c.scene.moon], axis=1),
+            sky,
+        ),
+        Input("greenwich", "deg", "angle of the Earth at the start", lambda c: np.degrees(c.greenwich)),
+    )
+    given = (
+        ("max_rate_deg_s", Input("rate", "deg/s", "body axes", lambda c: np.degrees(c.angular_velocity), axes)),
+        ("altitude_spread_km", Input("altitude", "km", "of the circular orbit", altitude)),
+    )
+    found = [one for name, one in given if number_of(options, name) > 0.0]
+    if options["brightness"] == "random":
+        found.append(Input("brightness", "W/(m2 sr)", "mean of the Earth", lambda c: c.scene.brightness))
+    if options["failure"] != "none":
+        found.append(Input("failed_sensor", "1", "0 to 3 are +x, +y, -x, -y", failed))
+    return (*inputs, *found)
 
 
 def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> History:

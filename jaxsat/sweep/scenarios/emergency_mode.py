@@ -8,8 +8,10 @@ import functools
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from jaxsat.sweep.history import History
+from jaxsat.sweep.inputs import Input
 from jaxsat.sweep.scenario import Factory, Metric, Option, Scenario, case_keys, choice_of, number_of
 
 NAME = "emergency-mode"
@@ -41,7 +43,7 @@ CHUNK = 250
 
 @functools.lru_cache(maxsize=4)
 def _program(options: tuple[tuple[str, str], ...]):
-    """`run` and `history` of the scenario."""
+    """`run`, `history` and `draw` of the scenario."""
     import jax
     import jax.numpy as jnp
 
@@ -100,6 +102,7 @@ def _program(options: tuple[tuple[str, str], ...]):
         return run_one(ALWAYS_ON, EmergencyLaw(), draw_cases(dispersions, around, keys), around)[1]
 
     compiled = jax.jit(metrics, static_argnums=2), jax.jit(alone)
+    drawn = jax.jit(functools.partial(draw_cases, dispersions))
 
     def run(seed, numbers):
         around, half = surroundings()
@@ -109,13 +112,65 @@ def _program(options: tuple[tuple[str, str], ...]):
         around, _ = surroundings()
         return _history(jax.device_get(compiled[1](around, case_keys(seed, np.array([case])))))
 
-    return run, history
+    def draw(seed, numbers):
+        # All that is drawn of the leg is its first node.
+        first = jax.tree.map(lambda leaf: leaf[:1], surroundings()[0])
+        return jax.device_get(drawn(first, case_keys(seed, numbers)))
+
+    return run, history, draw
 
 
 def _build(options: Mapping[str, str]) -> Scenario:
     # Whatever is wrong with the options is said before anything is computed.
-    run, history = _program(tuple(options.items()))
-    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history)
+    run, history, draw = _program(tuple(options.items()))
+    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history, inputs=_inputs(options), draw=draw)
+
+
+def _inputs(options: Mapping[str, str]) -> tuple[Input, ...]:
+    """What its cases are drawn from, of the `Cases` that they are: what has a spread."""
+    orbital = options["rest"] == "orbital"
+
+    def error(cases):
+        found = cases.state.seen.error
+        # Its length is four tangents of a quarter of the angle.
+        length = np.linalg.norm(found, axis=1, keepdims=True)
+        return np.degrees(found * 4.0 * np.arctan(0.25 * length) / np.maximum(length, 1e-300))
+
+    def rate(cases):
+        return np.degrees(cases.state.seen.rate_error if orbital else cases.state.angular_velocity)
+
+    def size(cases):
+        return np.cbrt(np.linalg.det(cases.vehicle.field_error))
+
+    def turn(cases):
+        return Rotation.from_matrix(cases.vehicle.field_error / size(cases)[:, None, None]).as_rotvec(degrees=True)
+
+    def moments(cases):
+        return np.diagonal(cases.vehicle.inertia, axis1=1, axis2=2)
+
+    axes, squares = tuple("xyz"), tuple(a + b for a in "xyz" for b in "xyz")
+    against = "the orbital axes" if orbital else "inertial ones"
+    given = (
+        (
+            "max_error_deg",
+            Input("error", "deg", "at the start, rotation vector, body axes", error, axes),
+        ),
+        ("max_rate_deg_s", Input("rate", "deg/s", f"at the start, body axes, against {against}", rate, axes)),
+        ("inertia", Input("inertia", "kg m2", "moments, body axes", moments, ("xx", "yy", "zz"))),
+        ("field", Input("field_size", "1", "true field over the model's", size)),
+        ("field", Input("field_turn", "deg", "rotation vector of the true field from the model's", turn, axes)),
+        (
+            "magnetometer",
+            Input(
+                "magnetometer",
+                "1",
+                "matrix of what it shows from the true field, body axes",
+                lambda c: c.vehicle.magnetometer_error.reshape(-1, 9),
+                squares,
+            ),
+        ),
+    )
+    return tuple(one for name, one in given if number_of(options, name) > 0.0)
 
 
 def _history(samples) -> History:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from jaxsat.sweep.history import History
+from jaxsat.sweep.inputs import Input
 from jaxsat.sweep.scenario import Factory, Metric, Option, Scenario, case_keys, chunk_of, number_of
 
 NAME = "gravity-gradient"
@@ -67,7 +68,31 @@ def _build(options: Mapping[str, str]) -> Scenario:
         found = motions(seed, chunk_of(case, CHUNK), tilt=tilt, rate=rate, orbits=orbits)
         return _history(found, case % CHUNK)
 
-    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history)
+    axes = tuple("xyz")
+    inputs = (
+        Input("turn", "deg", "rotation vector from the orbital attitude, at the start", lambda d: d[0], axes),
+        Input("rate", "deg/s", "at the start, body axes, against the orbital frame", lambda d: d[1], axes),
+    )
+
+    def draw(seed: int, cases: np.ndarray) -> np.ndarray:
+        return np.degrees([[tilt], [rate]])[..., None] * np.asarray(_drawn()(case_keys(seed, cases)))
+
+    inputs = tuple(one for one, spread in zip(inputs, (tilt, rate), strict=True) if spread > 0.0)
+    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history, inputs=inputs, draw=draw)
+
+
+@functools.cache
+def _drawn():
+    """Compiled: rotations and rates [2 cases 3] from keys, over their 1-sigma."""
+    import jax
+
+    return jax.jit(jax.vmap(_turn_and_spin, out_axes=1))
+
+
+def _turn_and_spin(key):
+    import jax
+
+    return jax.random.normal(key, (2, 3))
 
 
 def outcome(motion: Motion) -> dict[str, np.ndarray]:
@@ -143,7 +168,7 @@ def _motion(rate: float, orbits: float):
         return quaternion.rotate_inverse(q, jnp.asarray(mean_motion * normal))
 
     def begin(key, tilt, rate):
-        turn, spin = jax.random.normal(key, (2, 3))
+        turn, spin = _turn_and_spin(key)
         rest = quaternion.from_dcm(jnp.asarray(inertial_from_orbit))
         q = quaternion.multiply(rest, quaternion.from_rotation_vector(tilt * turn))
         return AttitudeState(q, rate * spin + carried(q))

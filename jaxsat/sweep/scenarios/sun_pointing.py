@@ -9,9 +9,11 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from jaxsat.sweep.history import History
-from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, case_keys
+from jaxsat.sweep.inputs import Input, upright
+from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, case_keys, number_of
 
 NAME = "sun-pointing"
 STATUSES = ("succeeded", "not settled", "let go of the Sun", "diverged")
@@ -144,7 +146,66 @@ def _build(options: Mapping[str, str]) -> Scenario:
         _, draw, run_drawn, _ = _program(program)
         return jax.device_get(run_drawn(draw(case_keys(seed, cases))))
 
-    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=functools.partial(_history, program))
+    def draw(seed: int, cases: np.ndarray):
+        return jax.device_get(_program(program)[1](case_keys(seed, cases)))
+
+    history = functools.partial(_history, program)
+    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history, inputs=_inputs(options), draw=draw)
+
+
+def _inputs(options: Mapping[str, str]) -> tuple[Input, ...]:
+    """What its cases are drawn from, of the `Cases` that they are: what has a spread."""
+
+    def spreads(*names):
+        return any(number_of(options, name) > 0.0 for name in names)
+
+    axes, elements, across = tuple("xyz"), ("xx", "yy", "zz", "xy", "xz", "yz"), ("xy", "xz", "yx", "yz", "zx", "zy")
+    faces = tuple(f"{face}{detector}" for face in range(1, 5) for detector in "ab")
+    rows, columns = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]
+    k, j = [0, 0, 1, 1, 2, 2], [1, 2, 0, 2, 0, 1]
+
+    def tilt(cases):
+        axis = cases.vehicle.thrusters.axes_body
+        # Column k is axis k.
+        return np.degrees(axis[:, j, k] / axis[:, k, k])
+
+    def turned(cases):
+        vehicle = cases.vehicle
+        turn = np.swapaxes(vehicle.assumed_body_from_instrument, -1, -2) @ vehicle.body_from_instrument
+        return Rotation.from_matrix(turn).as_rotvec(degrees=True)
+
+    vehicle = (
+        Input("inertia", "kg m2", "body axes", lambda c: c.vehicle.inertia[:, rows, columns], elements),
+        Input("torque", "N m", "of each axis' thrusters", lambda c: c.vehicle.thrusters.torque, axes),
+        Input("thruster", "deg", "by which each axis' torque leans to each other axis", tilt, across),
+        Input("mounting", "deg", "rotation vector of the sensor in its own axes", turned, axes),
+        Input("gyro_bias", "deg/s", "body axes", lambda c: np.degrees(c.vehicle.gyro_bias), axes),
+        Input(
+            "detector_gain",
+            "1",
+            "of both detectors of each face, 0 where one is lost",
+            lambda c: c.vehicle.detector_gain.reshape(-1, 8),
+            faces,
+        ),
+    )
+    drawn = (
+        ("inertia",),
+        ("thrust",),
+        ("thruster_deg",),
+        ("mounting_deg",),
+        ("gyro_bias_deg_s",),
+        ("detector_failures", "dead_faces", "detector_gain"),
+    )
+    attitude = Input(
+        "attitude",
+        "1",
+        "quaternion at the start, scalar first, from body to inertial axes, in which x points to the Sun",
+        lambda c: upright(c.quaternion),
+        tuple("wxyz"),
+    )
+    rate = Input("rate", "deg/s", "at the start, body axes", lambda c: np.degrees(c.angular_velocity), axes)
+    found = [one for one, names in zip(vehicle, drawn, strict=True) if spreads(*names)]
+    return (attitude, *([rate] if spreads("max_rate_deg_s") else []), *found)
 
 
 def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> History:

@@ -6,6 +6,7 @@ import json
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from scipy.spatial.transform import Rotation
 
 from jaxsat.cli.main import run
 
@@ -50,6 +51,15 @@ def test_one_case_again_with_its_history(swept):
     assert float(rows[-1]["impulse_N_s"]) == pytest.approx(table["impulse_N_s"][7], rel=0.02)
     assert float(rows[0]["view_angle_deg"]) > float(rows[-1]["view_angle_deg"])
     assert (swept / "case-7" / "history.png").read_bytes()[:4] == b"\x89PNG"
+    # What it was drawn from is how it begins.
+    drawn = {name: one["value"] for name, one in found["inputs"].items()}
+    assert all(value == table[name][7] for name, value in drawn.items())
+    for c in "xyz":
+        assert float(rows[0][f"rate_{c}_deg_s"]) == pytest.approx(drawn[f"in_rate_{c}_deg_s"], abs=1e-9)
+    attitude = Rotation.from_quat([drawn[f"in_attitude_{c}"] for c in "wxyz"], scalar_first=True)
+    # The sensor's axis is -z of the body, the Sun along x of the inertial axes.
+    view_angle = np.degrees(np.arccos(-attitude.inv().apply([1.0, 0.0, 0.0])[2]))
+    assert float(rows[0]["view_angle_deg"]) == pytest.approx(view_angle, abs=1e-6)
 
 
 @pytest.mark.parametrize(

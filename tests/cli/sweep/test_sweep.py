@@ -233,6 +233,7 @@ def test_one_case_is_that_of_the_sweep(capsys):
     table = pq.read_table("whole/cases.parquet").to_pylist()[13]
     assert found["schema"] == "jaxsat.sweep-case/1" and found["seed"] == 3 and found["status"] == table["status"]
     assert found["metrics"]["miss_deg"] == {"value": table["miss_deg"], "unit": "deg"}
+    assert found["inputs"]["in_push_y_m_s"] == {"value": table["in_push_y_m_s"], "unit": "m/s"}
     assert run(["sweep", FAKE, "--out", "alone", "--seed", "3", "--case", "13"]) == 0
     assert json.loads(Path("alone/case-13/case.json").read_text()) == found
 

@@ -8,7 +8,7 @@ import pytest
 from jaxsat.control.sun_pointing.cases import Cases
 from jaxsat.control.sun_pointing.law import SunPointingLaw
 from jaxsat.control.sun_pointing.loop import LoopSettings
-from jaxsat.control.sun_pointing.sensitivity import _values, impulse, scaled, sensitivities, settling_time
+from jaxsat.control.sun_pointing.sensitivity import _values, final_error, impulse, scaled, sensitivities, settling_time
 from jaxsat.control.sun_pointing.vehicle import nominal_vehicle
 
 SUN, LAW, SETTINGS, PERIODS = jnp.array([1.0, 0.0, 0.0]), SunPointingLaw(), LoopSettings(estimator="published"), 900
@@ -27,7 +27,7 @@ def cases():
 
 @pytest.mark.slow
 def test_sensitivities_are_the_differences_of_means(cases):
-    metrics = (settling_time, impulse)
+    metrics = (settling_time, impulse, final_error(LAW, cases, SUN))
     found = sensitivities(SETTINGS, LAW, cases, SUN, PERIODS, NAMES, metrics, jax.random.key(1))
     # The same smooth mean at parameters a step apart: the spread stays, by other numbers.
     spread = 0.05 * np.random.default_rng(2).normal(size=(COUNT, len(NAMES)))
@@ -42,7 +42,9 @@ def test_sensitivities_are_the_differences_of_means(cases):
         for n, each in enumerate(found):
             error = np.hypot(each.standard_error[k], slope[n].std(ddof=1) / np.sqrt(COUNT))
             assert each.gradient[k] == pytest.approx(slope[n].mean(), abs=4.0 * error), name
-    time, spent = found
+    time, spent, error = found
+    # Of cases that hold the Sun, within the dead band, and of the few that do not yet.
+    assert 0.0 < np.degrees(error.mean) < 5.0 and np.all(error.standard_error > 0.0)
     # A faster slew is over sooner and costs more; a heavier body costs in proportion.
     assert time.gradient[0] < -10.0 * time.standard_error[0] and spent.gradient[0] > 10.0 * spent.standard_error[0]
     assert spent.gradient[1] == pytest.approx(spent.mean, rel=0.15)

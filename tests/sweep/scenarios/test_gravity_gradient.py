@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from jaxsat.cli.sweep.case import write_history
 from jaxsat.errors import InputError
-from jaxsat.sweep import run_cases
+from jaxsat.sweep import drawn_inputs, run_cases
 from jaxsat.sweep.scenarios import gravity_gradient
 from jaxsat.sweep.scenarios.gravity_gradient import MOMENTS, RADIUS, Motion, make, outcome
 
@@ -74,6 +74,18 @@ def test_a_motion_that_is_not_finite_has_diverged(motion):
     tilt[3, 7] = np.nan
     found = outcome(Motion(motion.t_s, motion.quaternion, motion.rate, tilt))
     assert found["status"][3] == 2 and np.isnan(found["largest_tilt_deg"][3])
+
+
+@pytest.mark.slow
+def test_motion_begins_as_it_was_drawn(motion):
+    drawn = drawn_inputs(SCENARIO, 1, CASES)
+    turn, rate = (
+        np.stack([drawn[f"in_{name}_{c}_{unit}"] for c in "xyz"], axis=1)
+        for name, unit in (("turn", "deg"), ("rate", "deg_s"))
+    )
+    np.testing.assert_allclose(rate, np.degrees(motion.rate[:, 0]), atol=1e-12)
+    upright = Rotation.from_rotvec(turn, degrees=True).as_matrix()[:, 2, 2]
+    np.testing.assert_allclose(upright, np.cos(motion.tilt[:, 0]), atol=1e-12)
 
 
 def test_a_case_does_not_depend_on_the_others_of_its_chunk():

@@ -1,0 +1,70 @@
+"""Which inputs of a sweep drive which metric: first-order and total indices with their intervals."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from jaxsat.plotting.style import FAINT, INK, dress, head, new_figure
+
+FIRST, TOTAL = "#14497a", "#9cc7e8"
+BAR, ROW_IN, HEAD_IN = 0.36, 0.27, 0.62
+
+
+def draw_indices(metrics: Mapping[str, Mapping[str, Any]], *, title: str, subtitle: str = "") -> Figure:
+    """Returns two bars for each input of each metric, which are those of `indices.json` that have indices."""
+    inputs = max((len(one["indices"]) for one in metrics.values()), default=1)
+    columns = min(2, max(1, len(metrics)))
+    rows = max(1, math.ceil(len(metrics) / columns))
+    panel = HEAD_IN + ROW_IN * inputs
+    height = 0.8 + rows * panel
+    figure = new_figure(9.6, height, title, subtitle)
+    grid = figure.subplots(
+        rows,
+        columns,
+        squeeze=False,
+        gridspec_kw={
+            "left": 0.13,
+            "right": 0.985,
+            "top": 1.0 - 0.95 / height,
+            "bottom": 0.4 / height,
+            "hspace": HEAD_IN / (ROW_IN * inputs),
+            "wspace": 0.32,
+        },
+    )
+    places = list(grid.flat)
+    for axes, (name, metric) in zip(places, metrics.items(), strict=False):
+        _draw(axes, name, metric)
+    for axes in places[len(metrics) :]:
+        axes.set_axis_off()
+    if metrics:
+        handles, labels = places[0].get_legend_handles_labels()
+        right = 1.0 - 0.12 / 9.6
+        figure.legend(
+            handles, labels, loc="upper right", bbox_to_anchor=(right, 1.0), ncols=3, fontsize=8, frameon=False
+        )
+    return figure
+
+
+def _draw(axes: Axes, name: str, metric: Mapping[str, Any]) -> None:
+    indices = metric["indices"]
+    dress(axes)
+    head(axes, name)
+    unresolved = metric["unresolved"]
+    if unresolved is not None and unresolved > 0.005:
+        axes.axvspan(0.0, unresolved, color="#eceef2", linewidth=0, zorder=0)
+        head(axes, f"unresolved {unresolved:.0%}", side="right", fontsize=8, color="#555b66")
+    for kind, colour, shift in (("first", FIRST, -0.5), ("total", TOTAL, 0.5)):
+        places = [place + shift * BAR for place in range(len(indices))]
+        # Of what is known by an interval alone the line has no bar.
+        values = [max(one[kind]["value"] or 0.0, 0.0) for one in indices.values()]
+        label = {"first": "first order: alone", "total": "total: with others too"}[kind]
+        axes.barh(places, values, BAR, color=colour, linewidth=0, label=label)
+        for place, one in zip(places, indices.values(), strict=True):
+            axes.plot([one[kind]["low"], one[kind]["high"]], [place, place], color=INK, linewidth=1.0)
+    axes.axvline(0.0, color=FAINT, linewidth=0.8)
+    axes.set_yticks(range(len(indices)), list(indices))
+    axes.set_ylim(len(indices) - 0.4, -0.6)
+    axes.set_xlim(-0.06, 1.06)
