@@ -11,6 +11,7 @@ from fitting.parameters.names import STATE
 from fitting.parameters.transforms import dipole_from_polar_slopes
 from fitting.sensitivity.vantage import Vantage
 from jaxsat.errors import InputError
+from jaxsat.satellites import Satellite
 from jaxsat.satellites.model import MAGNET_PLACE, POLAR_PLACE
 
 
@@ -47,13 +48,8 @@ def choose(vantage: Vantage, free: Sequence[str] | None = None, consider: Sequen
     that are none, for one that is both, and for a considered number without a sigma.
     """
     satellite, leaves = vantage.satellite, vantage.satellite.leaves
-    sigmas = _considered(vantage, consider)
-    names = chosen_leaves(leaves, free, satellite.aliases)
-    both = [name for name in names if name in sigmas]
-    if free is None:
-        names = tuple(name for name in names if name not in sigmas)
-    elif both:
-        raise InputError(f"{both[0]} is both fitted and considered: leave it out of one of them", field="consider")
+    sigmas = considered_sigmas(satellite, consider)
+    names = named_free(satellite, free, sigmas)
     moves = vantage.free_motion
     parameters = free_parameters(vantage.model, leaves, names, free_motion=moves, held=satellite.held)
     slopes = vantage.slopes
@@ -102,10 +98,18 @@ def slopes_at_nominal(parameters: FreeParameters) -> np.ndarray:
     return found
 
 
-def _considered(vantage: Vantage, consider: Sequence[str]) -> Mapping[str, float]:
-    """1-sigma of each considered leaf, SI, by name."""
-    satellite, found = vantage.satellite, {}
-    known = {satellite.leaves[k].name for k in vantage.slopes.leaves}
+def named_free(satellite: Satellite, free: Sequence[str] | None, considered: Mapping[str, float]) -> tuple[str, ...]:
+    """Names of what is fitted: as asked for, or all with a sigma that are not considered; raises `InputError`."""
+    names = chosen_leaves(satellite.leaves, free, satellite.aliases)
+    both = [name for name in names if name in considered]
+    if free is not None and both:
+        raise InputError(f"{both[0]} is both fitted and considered: leave it out of one of them", field="consider")
+    return tuple(name for name in names if name not in considered)
+
+
+def considered_sigmas(satellite: Satellite, consider: Sequence[str]) -> dict[str, float]:
+    """1-sigma of each considered leaf, SI, by name; raises `InputError`."""
+    found = {}
     for item in (part.strip() for part in consider):
         name, equals, text = item.partition("=")
         try:
@@ -113,11 +117,9 @@ def _considered(vantage: Vantage, consider: Sequence[str]) -> Mapping[str, float
         except InputError as error:
             raise InputError(error.reason.replace("free parameter", "number"), field="consider") from None
         for leaf in (leaf for leaf in satellite.leaves if leaf.name in wanted):
-            if leaf.name not in known:
+            if leaf.restates:
                 raise InputError(f"{leaf.name} cannot be considered: it says what others say", field="consider")
-            sigma = leaf.sigma
-            if equals:
-                sigma = _number(text, item) / leaf.to_unit
+            sigma = _number(text, item) / leaf.to_unit if equals else leaf.sigma
             if sigma is None:
                 reason = f"{leaf.name} has no sigma in the satellite file: say one, as {leaf.name}=VALUE [{leaf.unit}]"
                 raise InputError(reason, field="consider")

@@ -32,7 +32,7 @@ class Sigmas:
     @property
     def attitude(self) -> np.ndarray:
         """[...] [rad]"""
-        return np.hypot(self.attitude_noise, self.attitude_assumed)
+        return np.asarray(np.hypot(self.attitude_noise, self.attitude_assumed))
 
 
 def sigmas_of(told: np.ndarray, turned: np.ndarray, count: np.ndarray, prior: np.ndarray, slopes: np.ndarray) -> Sigmas:

@@ -149,10 +149,9 @@ class Vantage:
 def every_leaf(satellite: Satellite, model: Model, *, free_motion: bool) -> FreeParameters:
     """All leaves of a satellite as unknowns, each by itself, about the numbers of `model`."""
     names = [leaf.name for leaf in satellite.leaves if not leaf.restates]
-    found = free_parameters(model, satellite.leaves, names, free_motion=free_motion, held=satellite.held)
+    found = free_parameters(model, satellite.leaves, names, free_motion=free_motion)
     off = np.asarray(0.0)
-    tree = replace(found.tree, keeps_body=off, by_angles=off, gauge_on=np.zeros_like(np.asarray(found.tree.gauge_on)))
-    return replace(found, tree=tree)
+    return replace(found, tree=replace(found.tree, keeps_body=off, by_angles=off))
 
 
 def model_at(model: Model, leaves: tuple[Leaf, ...], values: Mapping[str, float]) -> Model:

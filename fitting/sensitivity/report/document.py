@@ -10,7 +10,6 @@ from jaxsat.files.json_files import plain
 from jaxsat.significant import value_text
 
 SCHEMA = "jaxsat.sensitivity/1"
-FILES = ("sensitivity.json", "limits.png", "arc.png", "sampling.png", "report.html")
 HELD = 0.7
 """Share of its prior sigma from which a number is called held by its prior."""
 

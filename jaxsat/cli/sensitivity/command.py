@@ -70,6 +70,21 @@ def sensitivity(
             validator=validators.Number(gte=0, lt=2**32),
         ),
     ] = None,
+    scenarios: Annotated[
+        int | None,
+        Parameter(
+            help="Plan: the same of so many other starts, any attitude and direction of spin. [default: none]",
+            converter=whole_number,
+            validator=validators.Number(gte=1, lte=10_000_000),
+        ),
+    ] = None,
+    spin: Annotated[
+        tuple[float, float] | None,
+        Parameter(help="LOW HIGH: rates of the scenarios [deg/s]. [default: 0.1 3]", negative=()),
+    ] = None,
+    days: Annotated[
+        float | None, Parameter(help="Days after the instant of the plan on which scenarios begin. [default: 1]")
+    ] = None,
     satellite: Annotated[
         Path | None, Parameter(help="Of a fit: its satellite file, where that has modules of its own or was moved.")
     ] = None,
@@ -86,12 +101,16 @@ def sensitivity(
     arc tells, what a wrong assumption costs, and sigma over arc length and
     sampling interval. Says where the problem is not regular.
 
-    Writes sensitivity.json, pictures and report.html.
+    Writes sensitivity.json, pictures and report.html; with --scenarios what
+    many starts would give, scenarios.parquet with a row each.
 
     Exit status: 0 done, 1 bad input, 2 wrong usage.
 
     Example: jaxsat sensitivity sat.toml --orbit sat.tle --duration 1800
     --every 10 --rate 1 0 -2 --consider inertia,mag.delay=0.5
+
+    Example: jaxsat sensitivity sat.toml --scenarios 100000 --spin 0.1 5
+    --days 365
 
     Example: jaxsat sensitivity pass-fit --consider inertia
     """
@@ -107,9 +126,11 @@ def sensitivity(
     from jaxsat.cli.sensitivity.place import check_place
 
     check_place(place)
-    if place.is_dir() and (given or orbit or commands):
-        options = "--orbit, --start, --duration, --every, --rate, --attitude, --commands and --seed"
+    if place.is_dir() and (given or orbit or commands or scenarios or spin or days is not None):
+        options = "--orbit, --start, --duration, --every, --rate, --attitude, --commands, --seed and --scenarios"
         raise CycloptsError(msg=f"{options} are those of a plan; a fit has its own.")
+    if scenarios is None and (spin or days is not None):
+        raise CycloptsError(msg="--spin and --days are those of --scenarios.")
     if place.is_file() and (satellite or config):
         raise CycloptsError(msg="--satellite and --config belong to the directory of a fit.")
 
@@ -117,9 +138,8 @@ def sensitivity(
 
     start_jax()
     from fitting.sensitivity.analysis import analysed
-    from fitting.sensitivity.report.document import FILES
-    from fitting.sensitivity.report.files import write_sensitivity
-    from jaxsat.cli.sensitivity.place import found_by, planned
+    from fitting.sensitivity.report.files import FILES, write_sensitivity
+    from jaxsat.cli.sensitivity.place import drawn_scenarios, found_by, planned
     from jaxsat.cli.sensitivity.text import sensitivity_text
     from jaxsat.files.staging import staged_directory
 
@@ -127,6 +147,7 @@ def sensitivity(
     considered = () if consider is None else consider.split(",")
     with talk.stages("sensitivity") as progress, staged_directory(out, FILES) as stage:
         progress("reading")
+        drawn = None
         if place.is_file():
             vantage = planned(place, given, orbit=orbit, commands=commands)
         else:
@@ -134,9 +155,13 @@ def sensitivity(
             left = _without(fitted, considered)
             names = left if names is None else names
         found = analysed(vantage, names, considered, parts=parts, progress=progress)
+        if scenarios is not None:
+            asked = {"count": scenarios, "spin": spin, "days": days, "seed": seed}
+            how = {"orbit": orbit, "commands": commands, "progress": progress}
+            drawn = drawn_scenarios(vantage.satellite, given, asked, names, considered, **how)
         progress("writing results")
-        write_sensitivity(stage, found, subject=str(place), plots=plots)
-    text = sensitivity_text(found, vantage.satellite.name, whole=talk.verbose)
+        write_sensitivity(stage, found, subject=str(place), plots=plots, drawn=drawn)
+    text = sensitivity_text(found, vantage.satellite.name, drawn, whole=talk.verbose)
     talk.result(text, f"\nresults in {out}", document=out / "sensitivity.json")
     return 0
 

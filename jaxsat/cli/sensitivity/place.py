@@ -1,7 +1,7 @@
 """What `jaxsat sensitivity` is asked about: a satellite file with a plan, or the directory of a fit."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,11 @@ from pydantic import ValidationError
 from jaxsat.errors import InputError
 
 if TYPE_CHECKING:
+    from fitting.sensitivity.analysis import Progress
+    from fitting.sensitivity.scenarios import Scenarios
     from fitting.sensitivity.vantage import Vantage
+    from jaxsat.satellites import Satellite
+    from jaxsat.synthetic.twins import TwinSettings
 
 SWEEP = "jaxsat.sweep/1"
 RAW_SUN = ".raw_sun"
@@ -40,14 +44,44 @@ def planned(place: Path, given: Mapping[str, object], *, orbit: Path | None, com
     from fitting.sensitivity.plan import vantage_of_plan
     from jaxsat.cli.simulate.twin import twin_settings
     from jaxsat.satellites import read_satellite
-    from jaxsat.synthetic.twins.source import epoch_of, read_columns, with_orbit
 
     craft, settings = read_satellite(place), twin_settings(given)
-    columns = None
-    if commands is not None:
-        flown = craft if orbit is None else with_orbit(craft, orbit)
-        columns = read_columns(commands, craft, epoch_of(flown, settings))
-    return vantage_of_plan(craft, settings, orbit=orbit, columns=columns)
+    return vantage_of_plan(craft, settings, orbit=orbit, columns=_commanded(craft, settings, orbit, commands))
+
+
+def drawn_scenarios(
+    craft: "Satellite",
+    given: Mapping[str, object],
+    asked: Mapping[str, Any],
+    free: Sequence[str] | None,
+    consider: Sequence[str],
+    *,
+    orbit: Path | None,
+    commands: Path | None,
+    progress: "Progress",
+) -> "Scenarios":
+    """So many other starts of the same plan. Raises `InputError`."""
+    from fitting.sensitivity.scenarios import Draws, scenarios
+    from jaxsat.cli.simulate.twin import twin_settings
+
+    settings = twin_settings(given)
+    low, high = asked["spin"] or (Draws.slowest_deg_s, Draws.fastest_deg_s)
+    days = Draws.days if asked["days"] is None else asked["days"]
+    try:
+        draws = Draws(asked["count"], low, high, days, asked["seed"] or 0)
+    except ValueError as error:
+        raise InputError(str(error), field="--spin, --days") from None
+    columns = _commanded(craft, settings, orbit, commands)
+    about = {"free": free, "consider": consider, "orbit": orbit, "columns": columns}
+    return scenarios(craft, settings, draws, **about, progress=progress)
+
+
+def _commanded(craft: "Satellite", settings: "TwinSettings", orbit: Path | None, commands: Path | None) -> Any:
+    from jaxsat.synthetic.twins.source import epoch_of, read_columns, with_orbit
+
+    if commands is None:
+        return None
+    return read_columns(commands, craft, epoch_of(craft if orbit is None else with_orbit(craft, orbit), settings))
 
 
 def found_by(directory: Path, *, satellite: Path | None, config: Path | None) -> tuple["Vantage", tuple[str, ...]]:

@@ -12,18 +12,43 @@ from jaxsat.significant import unit_text, value_text
 
 if TYPE_CHECKING:
     from fitting.sensitivity.analysis import Sensitivity
+    from fitting.sensitivity.scenarios import Scenarios
 
+UNKNOWN_DEG = 180.0
+"""1-sigma of an attitude beyond which nothing is known of it."""
 SHOWN = 24
 """Numbers in the table, of which the rest is in the JSON file."""
 
 
-def sensitivity_text(found: "Sensitivity", name: str, *, whole: bool) -> RenderableType:
+def sensitivity_text(
+    found: "Sensitivity", name: str, drawn: "Scenarios | None" = None, *, whole: bool
+) -> RenderableType:
     """Returns verdict and tables."""
     first, *rest = verdict(found)
     header = Text.assemble((name, "bold"), f": {first}.")
     lines = [Text(f"- {line}") for line in rest]
     parts: list[RenderableType] = [header, *lines, _numbers(found, whole), _channels(found)]
+    if drawn is not None:
+        parts += [_scenarios(drawn)]
     return Group(*parts)
+
+
+def _scenarios(drawn: "Scenarios") -> RenderableType:
+    """Percentiles of the attitude over all scenarios and by spin rate."""
+    from fitting.sensitivity.report.drawn import PERCENTILES, scenarios_document
+
+    told = scenarios_document(drawn)
+    titles = [f"{p} %" for p in PERCENTILES]
+    table = plain_table(
+        "spin, deg/s", "scenarios", *titles, right=(1, 2, 3, 4), title="Attitude 1σ over scenarios, deg RMS"
+    )
+    for row in told["by_spin_deg_s"]:
+        cells = (value_text(row[f"p{p:02d}"], 3) for p in PERCENTILES)
+        table.add_row(f"{row['from']:.3g} to {row['to']:.3g}", str(row["count"]), *cells)
+    cells = (value_text(told["attitude_rms_deg"][f"p{p:02d}"], 3) for p in PERCENTILES)
+    table.add_row("all", str(told["count"]), *cells)
+    speed = f"{told['scenarios_per_s']:.0f} scenarios a second on {told['instants']} instants"
+    return Group(table, Text(speed))
 
 
 def _numbers(found: "Sensitivity", whole: bool) -> Table:
@@ -45,7 +70,8 @@ def _channels(found: "Sensitivity") -> Table:
     moves = found.vantage.free_motion
     table = plain_table("channel", "readings", "share", *(["attitude without it"] if moves else []), right=(1, 2, 3))
     for each in found.contributions.channels:
-        without = [f"{value_text(each.attitude_deg, 3)} deg"] if moves else []
+        known = each.attitude_deg < UNKNOWN_DEG
+        without = [f"{value_text(each.attitude_deg, 3)} deg" if known else "unknown"] if moves else []
         table.add_row(each.name, str(each.readings), f"{100 * each.share:.1f} %", *without)
     priors = found.contributions.priors
     if priors > 5e-4:
