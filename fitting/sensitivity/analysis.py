@@ -10,6 +10,7 @@ import jax
 import numpy as np
 
 from fitting.outcome.uncertainty import correlations
+from fitting.parameters.invisible import PRIORS
 from fitting.parameters.null_space import Direction, unseen_directions
 from fitting.sensitivity.choice import Choice, choose
 from fitting.sensitivity.contributions import Contributions, contributions
@@ -52,9 +53,17 @@ class Sensitivity:
     timing_s: Mapping[str, float] = field(default_factory=dict)
 
     @property
+    def told_by_priors(self) -> tuple[Direction, ...]:
+        """Combinations that are held by priors and not by definition."""
+        return tuple(each for each in self.unseen if each.held_by == PRIORS)
+
+    @property
     def regular(self) -> bool:
-        """Whether sigmas are those of the data and of a picture that is linear across them."""
-        return not self.unseen and all(each.holds_to >= 1.0 for each in self.linearity)
+        """Whether sigmas are those of the data and of a picture that is linear across them.
+
+        What is held by definition, as the size of a dipole by a gauge, is no matter of data.
+        """
+        return not self.told_by_priors and all(each.holds_to >= 1.0 for each in self.linearity)
 
     @property
     def attitude_sigma_deg(self) -> tuple[np.ndarray, np.ndarray]:

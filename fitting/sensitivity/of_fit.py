@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fitting.measurements.assembly import Samples, build_problem, channels_within
+from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.given import is_told
 from fitting.measurements.groups import columns_of
 from fitting.outcome.result import FitResult
@@ -76,7 +77,10 @@ def vantage_of_result(
         channel = result.channels[group.name]
         own = np.flatnonzero(np.isfinite(samples.values[group.name]).any(axis=1))
         counted = (channel.fitted & channel.used)[:, None] * np.isfinite(channel.residual)
-        weight[own, columns] = counted if channel.weight is None else np.nan_to_num(channel.weight)
+        # A current at the telemetry's floor has no weight in the tables where it says next to nothing.
+        floor = np.asarray(problem.floor)[own, columns] > NO_FLOOR
+        told = counted if channel.weight is None else np.nan_to_num(channel.weight)
+        weight[own, columns] = np.where(floor, counted, told)
     q, w = result.quaternion_inertial_from_body[0], result.angular_velocity_rad_s[0]
     found = Vantage(satellite, problem.model, problem, samples, q / np.linalg.norm(q), w, weight)
     _check(found, result, session)

@@ -49,6 +49,8 @@ def sigmas_of(told: np.ndarray, turned: np.ndarray, count: np.ndarray, prior: np
     inverse = np.linalg.inv(scaled + 0.1 * LOST * np.eye(fitted))
     variance = np.einsum("...ii->...i", inverse)
     blind = ~((variance > 0.0) & (variance < 1.0 / LOST))
+    # What nothing tells is told as such, and must not spoil what else is known.
+    inverse = np.where(blind[..., :, None] | blind[..., None, :], 0.0, inverse)
     cov = inverse / (root[..., :, None] * root[..., None, :])
     noise = np.einsum("ri,...ij,rj->...r", slopes, cov, slopes, optimize=True)
     touched = np.any(blind[..., None, :] & (slopes != 0.0), axis=-1)

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from fitting.parameters.null_space import Direction
 from fitting.sensitivity.analysis import STRONG, Sensitivity
 from fitting.sensitivity.contributions import Contribution
 from jaxsat.files.json_files import plain
@@ -82,10 +83,11 @@ def verdict(found: Sensitivity) -> list[str]:
         by = f": {because} limits it{shares}" if found.choice.considered else ", from noise"
         lines.append(f"attitude known to {value_text(total, 3)} deg RMS over the arc{by}")
     state = "regular" if found.regular else "not regular"
-    reasons = [f"{d.name} {'is told by nothing' if d.blind else 'is hardly told'}" for d in found.unseen]
+    reasons = [f"{d.name} {'is told by nothing' if d.blind else 'is hardly told'}" for d in found.told_by_priors]
     bent = [each for each in found.linearity if each.holds_to < 1.0]
     reasons += [f"along {each.words} the linear picture holds to {value_text(each.holds_to, 2)} sigma" for each in bent]
     lines.append(f"the problem is {state}" + (f": {'; '.join(reasons)}" if reasons else _straight(found)))
+    lines += [f"held by definition: {d.held_by}, for {d.name} is told by nothing" for d in _by_definition(found)]
     held = [row.name for row in found.quoted.rows if row.prior is not None and row.sigma_noise > HELD * row.prior]
     if held:
         lines.append(f"held by their priors: {', '.join(held)}")
@@ -98,6 +100,10 @@ def verdict(found: Sensitivity) -> list[str]:
     if strong:
         lines.append(f"hardly told apart: {', '.join(strong[:4])}")
     return lines
+
+
+def _by_definition(found: Sensitivity) -> list[Direction]:
+    return [each for each in found.unseen if each not in found.told_by_priors]
 
 
 def _straight(found: Sensitivity) -> str:
