@@ -76,10 +76,10 @@ def start_of(plan: TwinSettings) -> tuple[np.ndarray, np.ndarray]:
     return q / np.linalg.norm(q), rate if plan.rate_deg_s is None else np.radians(np.asarray(plan.rate_deg_s, float))
 
 
-def step_of(rate: float, t: np.ndarray) -> float:
-    """Integration step [s] for a motion of this rate [rad/s] over times [s]."""
+def step_of(rate: float, t: np.ndarray, tolerance: float = TOLERANCE) -> float:
+    """Integration step [s] for a motion of this rate [rad/s] over times [s], to an attitude within `tolerance` [rad]."""
     span = max(float(np.ptp(t)), 1.0)
-    return min(LONGEST_STEP_S, step_for(RK4, 1.3 * rate + 1e-3, span, TOLERANCE))
+    return min(LONGEST_STEP_S, step_for(RK4, 1.3 * rate + 1e-3, span, tolerance))
 
 
 def around_at(satellite: Satellite, epoch: Epoch, duration_s: float, sun: np.ndarray | None = None) -> Around:

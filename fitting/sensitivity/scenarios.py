@@ -31,8 +31,10 @@ from jaxsat.synthetic.twins import TwinSettings
 from jaxsat.synthetic.twins.source import epoch_of, with_orbit
 from jaxsat.time import Epoch
 
-BATCH = 128
-"""Scenarios in one call of the program; memory does not grow beyond two of them."""
+BATCH = 32
+"""Scenarios in one call of the program, few enough for a core's cache; memory does not grow beyond two calls."""
+TOLERANCE = 5e-3
+"""Error of the integrated attitude [rad], which changes a sigma in the fifth digit."""
 MOST_INSTANTS = 64
 LEAST_EACH = 64
 """Scenarios of one instant, below which there are fewer instants."""
@@ -144,7 +146,7 @@ def scenarios(
     delayed = tuple(name for name in satellite.channels if f"delays.{name}" in late)
     columns_of_choice = _columns(satellite, parameters, unknowns, sigmas)
     first, instants, of_case, attitude, rate = drawn_starts(epoch_of(flown, plan), draws)
-    step = step_of(np.radians(draws.fastest_deg_s), np.array([0.0, plan.duration_s]))
+    step = step_of(np.radians(draws.fastest_deg_s), np.array([0.0, plan.duration_s]), TOLERANCE)
     found: list[Sigmas] = []
     about = np.zeros((draws.count, 2))
     began = None

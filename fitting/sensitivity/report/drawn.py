@@ -38,6 +38,7 @@ def scenarios_document(found: Scenarios) -> dict[str, Any]:
         },
         "by_spin_deg_s": _binned(found.rate_deg_s, rates, attitude),
         "by_sun_deg": _binned(found.sun_deg, suns, attitude),
+        "by_share_in_sunlight": _binned(found.lit, _edges(found.lit), attitude),
     }
 
 
@@ -62,7 +63,7 @@ def write_scenarios(path: Path, found: Scenarios) -> None:
 
 
 def draw_scenarios(found: Scenarios, subtitle: str) -> Figure:
-    """Attitude over spin rate and Sun angle, and over spin rate with its spread."""
+    """Attitude over spin rate with its spread, and over the Sun's angle and the share of sunlight, where there is some."""
     figure = new_figure(8.6, 4.2, f"{found.draws.count} scenarios", subtitle)
     left, right = figure.subplots(
         1, 2, gridspec_kw={"left": 0.08, "right": 0.975, "top": 0.82, "bottom": 0.13, "wspace": 0.25}
@@ -70,7 +71,7 @@ def draw_scenarios(found: Scenarios, subtitle: str) -> Figure:
     attitude = np.degrees(found.sigmas.attitude)
     edges, suns = _edges(found.rate_deg_s), _edges(found.sun_deg)
     middle = 0.5 * (edges[1:] + edges[:-1])
-    rows = [row for row in _binned(found.rate_deg_s, edges, attitude)]
+    rows = _binned(found.rate_deg_s, edges, attitude)
     values = {
         p: np.array([np.nan if row[f"p{p:02d}"] is None else row[f"p{p:02d}"] for row in rows]) for p in PERCENTILES
     }
@@ -86,8 +87,12 @@ def draw_scenarios(found: Scenarios, subtitle: str) -> Figure:
     left.legend(fontsize=8, framealpha=0.85, edgecolor="none")
     dress(left, x_label="spin, deg/s", y_label="deg RMS")
     head(left, "1-sigma of the attitude")
+    # What light there is tells apart where spin does not.
+    lit = float(np.ptp(found.lit)) > 0.05
+    by, label = (found.lit, "share of the arc in sunlight") if lit else (found.rate_deg_s, "spin, deg/s")
+    edges = _edges(by)
     grid = np.full((len(suns) - 1, len(edges) - 1), np.nan)
-    column, row = _bin(found.rate_deg_s, edges), _bin(found.sun_deg, suns)
+    column, row = _bin(by, edges), _bin(found.sun_deg, suns)
     for i in range(grid.shape[0]):
         for j in range(grid.shape[1]):
             own = attitude[(row == i) & (column == j)]
@@ -98,7 +103,7 @@ def draw_scenarios(found: Scenarios, subtitle: str) -> Figure:
         mesh = right.pcolormesh(edges, suns, np.ma.masked_invalid(shown), cmap="Blues")
         bar = figure.colorbar(mesh, ax=right, format=lambda x, _: f"{10.0**x:.3g}")
         bar.ax.tick_params(labelsize=8)
-    dress(right, x_label="spin, deg/s", y_label="Sun above the orbit's plane, deg")
+    dress(right, x_label=label, y_label="Sun above the orbit's plane, deg")
     head(right, "the same, half of them: deg RMS")
     return figure
 
