@@ -159,8 +159,8 @@ def refitted(vantage, predicted, shifts: dict, noise: np.ndarray) -> tuple[np.nd
     turned = start.inv() * Rotation.from_quat(point.reference[0], scalar_first=True)
     moved = np.concatenate([turned.as_rotvec(), point.x[0, 3:] - x[0, 3:]])
     off = predicted.quoted.slopes @ moved[predicted.choice.kept]
-    q = [Rotation.from_quat(each, scalar_first=True) for each in (true.quaternion, point.prediction.quaternion[0, valid])]
-    return off, (q[0].inv() * q[1]).magnitude()
+    found = Rotation.from_quat(point.prediction.quaternion[0, valid], scalar_first=True)
+    return off, (Rotation.from_quat(true.quaternion, scalar_first=True).inv() * found).magnitude()
 
 
 if __name__ == "__main__":

@@ -77,7 +77,7 @@ def start_of(plan: TwinSettings) -> tuple[np.ndarray, np.ndarray]:
 
 
 def step_of(rate: float, t: np.ndarray, tolerance: float = TOLERANCE) -> float:
-    """Integration step [s] for a motion of this rate [rad/s] over times [s], to an attitude within `tolerance` [rad]."""
+    """Integration step [s] for a motion of this rate [rad/s] over times [s], for an error of `tolerance` [rad]."""
     span = max(float(np.ptp(t)), 1.0)
     return min(LONGEST_STEP_S, step_for(RK4, 1.3 * rate + 1e-3, span, tolerance))
 

@@ -170,9 +170,15 @@ def scenarios(
         lit=about[:, 1],
         names=tuple(quoted_names(parameters)[k] for k in rows),
         units=tuple(quoted_units(parameters)[k] for k in rows),
-        sigmas=Sigmas(*(np.concatenate(each) for each in zip(*(vars(one).values() for one in found), strict=True))),
+        sigmas=_in_order(found, of_case),
         seconds=time.perf_counter() - (began or time.perf_counter()),
     )
+
+
+def _in_order(found: Sequence[Sigmas], of_case: np.ndarray) -> Sigmas:
+    """Those of one instant after the other, brought into the order of the cases."""
+    back = np.argsort(np.argsort(of_case, kind="stable"), kind="stable")
+    return Sigmas(*(np.concatenate(each)[back] for each in zip(*(vars(one).values() for one in found), strict=True)))
 
 
 def _places(satellite: Satellite, *names: Iterable[str]) -> set[str]:

@@ -63,7 +63,7 @@ def write_scenarios(path: Path, found: Scenarios) -> None:
 
 
 def draw_scenarios(found: Scenarios, subtitle: str) -> Figure:
-    """Attitude over spin rate with its spread, and over the Sun's angle and the share of sunlight, where there is some."""
+    """Attitude over spin rate with its spread, and over the Sun's angle and the share of sunlight."""
     figure = new_figure(8.6, 4.2, f"{found.draws.count} scenarios", subtitle)
     left, right = figure.subplots(
         1, 2, gridspec_kw={"left": 0.08, "right": 0.975, "top": 0.82, "bottom": 0.13, "wspace": 0.25}

@@ -215,13 +215,14 @@ def test_the_derivatives_are_those_of_complete_runs(vantage):
     np.testing.assert_allclose((turn.inv() * moved).as_rotvec(), slopes.rotation @ x, atol=1e-6)
 
 
-def test_scenarios_are_what_each_would_be_alone(satellite):
-    """Of any start, instant and choice; a scenario is known by its number, whatever their count."""
-    plan, draws = PLAN, Draws(3, fastest_deg_s=2.0, days=2.0, seed=5)
+def test_scenarios_are_what_each_would_be_alone(satellite, monkeypatch):
+    """Of any start, instant and choice, four scenarios on two instants by turns: the second one again by itself."""
+    monkeypatch.setattr("fitting.sensitivity.scenarios.LEAST_EACH", 2)
+    plan, draws = PLAN, Draws(4, fastest_deg_s=2.0, days=2.0, seed=5)
     chosen = {"free": ["magnet", "gyro.bias"], "consider": ["mag.bias", "inertia.xx=1e-6"]}
     found = scenarios(satellite, plan, draws, **chosen)
     first, instants, of_case, attitude, rate = drawn_starts(epoch_of(satellite, plan), draws)
-    assert 0.1 < found.rate_deg_s.min() and found.rate_deg_s.max() < 2.0 and instants.tolist() == [86400.0]
+    assert 0.1 < found.rate_deg_s.min() and found.rate_deg_s.max() < 2.0 and instants.tolist() == [43200.0, 129600.0]
     start = {
         "start_utc": first.shifted(float(instants[of_case[1]])).iso(3) + "Z",
         "rate_deg_s": np.degrees(rate[1]).tolist(),
