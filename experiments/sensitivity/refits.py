@@ -24,7 +24,7 @@ ASSUMED = CONSIDER[:3] + CONSIDER[4:]
 """Of the scatter; the rods are as they are there."""
 ERRORS = {
     "inertia.zz": "inertia off",
-    "rods.0.moment": "rods ignored",
+    "rods.0.moment": "rods off, at last by all of them",
     "mag.delay": "late stamps",
     "gyro.scale.x": "wrong scale",
     "albedo.diffuse": "albedo off",

@@ -104,7 +104,9 @@ def over_sampling(found: Sensitivity, subtitle: str) -> Figure:
     rows = found.quoted.rows
     ratio = [row.sigma_noise / row.prior if row.prior else -1.0 for row in rows]
     for k in sorted(range(len(rows)), key=lambda k: -ratio[k] if ratio[k] < 0.7 else 0.0)[: 2 - len(chosen)]:
-        chosen.append((own.sigmas.total[..., k], f"{rows[k].name}, {rows[k].unit}"))
+        chosen.append(
+            (own.sigmas.total[..., k], rows[k].name if rows[k].unit == "1" else f"{rows[k].name}, {rows[k].unit}")
+        )
     for each, (values, title) in zip(axes, chosen, strict=False):
         _contours(each, own.arcs_s, own.intervals_s, values)
         head(each, f"1-sigma: {title}")
