@@ -3,13 +3,17 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import jax
 import numpy as np
+from jaxtyping import Array, Float
 
 from fitting.parameters.chosen import chosen_leaves
 from fitting.parameters.free import FreeParameters, free_parameters
 from fitting.parameters.names import STATE
 from fitting.parameters.transforms import dipole_from_polar_slopes
+from fitting.parameters.tree import FreeLeaves
 from fitting.sensitivity.vantage import Vantage
+from fitting.stored import Stored
 from jaxsat.errors import InputError
 from jaxsat.satellites import Satellite
 from jaxsat.satellites.model import MAGNET_PLACE, POLAR_PLACE
@@ -51,9 +55,9 @@ def choose(vantage: Vantage, free: Sequence[str] | None = None, consider: Sequen
     sigmas = considered_sigmas(satellite, consider)
     names = named_free(satellite, free, sigmas)
     moves = vantage.free_motion
-    parameters = free_parameters(vantage.model, leaves, names, free_motion=moves, held=satellite.held)
-    slopes = vantage.slopes
-    jacobian = slopes_at_nominal(parameters)
+    parameters = free_parameters(satellite.model, leaves, names, free_motion=moves, held=satellite.held)
+    slopes, values = vantage.slopes, np.array(vantage.parameters.tree.nominal, float)
+    jacobian = _slopes_at(parameters, values)
     kept = parameters.everything
     columns = np.zeros((len(STATE) + len(slopes.leaves), len(kept)))
     columns[: len(STATE), : len(STATE)] = np.eye(len(STATE))
@@ -64,7 +68,7 @@ def choose(vantage: Vantage, free: Sequence[str] | None = None, consider: Sequen
         found[len(STATE) + numbers[name], column] = sigma / slopes.scale[numbers[name]]
     return Choice(
         parameters=parameters,
-        values=np.array(parameters.tree.nominal, float),
+        values=values,
         values_jacobian=jacobian,
         kept=kept,
         free=columns[:, kept],
@@ -72,6 +76,20 @@ def choose(vantage: Vantage, free: Sequence[str] | None = None, consider: Sequen
         sigma=np.array(list(sigmas.values())),
         consider=found,
     )
+
+
+def _slopes_at(parameters: FreeParameters, values: np.ndarray) -> np.ndarray:
+    """[leaves unknowns] about values of the leaves [SI]: those of a fit are not the nominal ones."""
+    if np.array_equal(values, np.asarray(parameters.tree.nominal)):
+        return slopes_at_nominal(parameters)
+    return np.asarray(slopes_of(parameters.tree, parameters.shifts(values)))
+
+
+def _slopes(tree: FreeLeaves, x: Float[Array, " unknowns"]) -> Float[Array, "leaves unknowns"]:
+    return jax.jacfwd(tree.values)(x)
+
+
+slopes_of = Stored(_slopes, seldom=True)
 
 
 def slopes_at_nominal(parameters: FreeParameters) -> np.ndarray:

@@ -1,5 +1,6 @@
 """`jaxsat sensitivity`: what limits accuracy, before flight and after."""
 
+import time
 from pathlib import Path
 from typing import Annotated
 
@@ -114,6 +115,7 @@ def sensitivity(
 
     Example: jaxsat sensitivity pass-fit --consider inertia
     """
+    began = time.perf_counter()
     chosen = {
         "start_utc": start,
         "duration_s": duration,
@@ -137,9 +139,9 @@ def sensitivity(
     from jaxsat.cli.shared.start import start_jax
 
     start_jax()
-    from fitting.sensitivity.analysis import analysed
+    from fitting.sensitivity.analysis import analysed, timed
     from fitting.sensitivity.report.files import FILES, write_sensitivity
-    from jaxsat.cli.sensitivity.place import drawn_scenarios, found_by, planned
+    from jaxsat.cli.sensitivity.place import check_names, drawn_scenarios, found_by, planned
     from jaxsat.cli.sensitivity.text import sensitivity_text
     from jaxsat.files.staging import staged_directory
 
@@ -149,12 +151,12 @@ def sensitivity(
         progress("reading")
         drawn = None
         if place.is_file():
-            vantage = planned(place, given, orbit=orbit, commands=commands)
+            vantage = planned(place, given, names, considered, orbit=orbit, commands=commands)
         else:
             vantage, fitted = found_by(place, satellite=satellite, config=config)
-            left = _without(fitted, considered)
-            names = left if names is None else names
-        found = analysed(vantage, names, considered, parts=parts, progress=progress)
+            names = _without(fitted, considered) if names is None else names
+            check_names(vantage.satellite, names, considered)
+        found = timed(analysed(vantage, names, considered, parts=parts, progress=progress), time.perf_counter() - began)
         if scenarios is not None:
             asked = {"count": scenarios, "spin": spin, "days": days, "seed": seed}
             how = {"orbit": orbit, "commands": commands, "progress": progress}

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from cyclopts import CycloptsError
 from pydantic import ValidationError
 
 from jaxsat.errors import InputError
@@ -39,13 +40,32 @@ def check_place(place: Path) -> None:
     raise InputError("no fit.json; expected a satellite file, or the directory of a fit", file=place)
 
 
-def planned(place: Path, given: Mapping[str, object], *, orbit: Path | None, commands: Path | None) -> "Vantage":
-    """The motion of a plan; `given` are `TwinSettings`. Raises `InputError`."""
+def check_names(craft: "Satellite", free: Sequence[str] | None, consider: Sequence[str]) -> None:
+    """Raises CycloptsError where --free or --consider names what the satellite has not, before anything is computed."""
+    from fitting.sensitivity.choice import considered_sigmas, named_free
+
+    try:
+        named_free(craft, free, considered_sigmas(craft, consider))
+    except InputError as error:
+        raise CycloptsError(msg=f"Invalid value for --{error.field}: {error.reason}") from None
+
+
+def planned(
+    place: Path,
+    given: Mapping[str, object],
+    free: Sequence[str] | None,
+    consider: Sequence[str],
+    *,
+    orbit: Path | None,
+    commands: Path | None,
+) -> "Vantage":
+    """The motion of a plan; `given` are `TwinSettings`. Raises `InputError`, and CycloptsError as `check_names`."""
     from fitting.sensitivity.plan import vantage_of_plan
     from jaxsat.cli.simulate.twin import twin_settings
     from jaxsat.satellites import read_satellite
 
     craft, settings = read_satellite(place), twin_settings(given)
+    check_names(craft, free, consider)
     return vantage_of_plan(craft, settings, orbit=orbit, columns=_commanded(craft, settings, orbit, commands))
 
 

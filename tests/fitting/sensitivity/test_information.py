@@ -3,8 +3,6 @@
 import json
 from dataclasses import replace
 
-import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -13,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from fitting.parameters.free import free_parameters
 from fitting.parameters.names import STATE
 from fitting.sensitivity.analysis import analysed
-from fitting.sensitivity.choice import choose, slopes_at_nominal
+from fitting.sensitivity.choice import choose, slopes_at_nominal, slopes_of
 from fitting.sensitivity.information import known, quoted
 from fitting.sensitivity.plan import vantage_of_plan
 from fitting.sensitivity.scenarios import Draws, drawn_starts, scenarios
@@ -145,14 +143,13 @@ def test_predicted_bias_is_that_of_a_refit(vantage, name, by):
 def test_slopes_of_a_choice_are_those_of_the_parametrisation(vantage):
     """With a dipole by its components under the gauge, by its angles, and an inertia that stays that of a body."""
     satellite = vantage.satellite
-    slopes = eqx.filter_jit(lambda tree, x: jax.jacfwd(tree.values)(x))
     for free in (
         ["magnet.x", "magnet.y", "magnet.z", "inertia"],
         ["magnet.modulus", "magnet.azimuth", "magnet.elevation", "inertia"],
     ):
         names = [leaf.name for leaf in satellite.leaves if leaf.name in free or leaf.name.split(".")[0] in free]
         parameters = free_parameters(vantage.model, satellite.leaves, names, held=("magnet",))
-        expected = np.array(slopes(parameters.tree, jnp.zeros(len(parameters.columns))))
+        expected = np.array(slopes_of(parameters.tree, jnp.zeros(len(parameters.columns))))
         rows = [k for k, leaf in enumerate(satellite.leaves) if not leaf.restates or leaf.name in names]
         assert parameters.gauged
         np.testing.assert_allclose(slopes_at_nominal(parameters)[rows], expected[rows], rtol=1e-9, atol=1e-15)
@@ -219,8 +216,8 @@ def test_scenarios_are_what_each_would_be_alone(satellite, monkeypatch):
     """Of any start, instant and choice, four scenarios on two instants by turns: the second one again by itself."""
     monkeypatch.setattr("fitting.sensitivity.scenarios.LEAST_EACH", 2)
     plan, draws = PLAN, Draws(4, fastest_deg_s=2.0, days=2.0, seed=5)
-    chosen = {"free": ["magnet", "gyro.bias"], "consider": ["mag.bias", "inertia.xx=1e-6"]}
-    found = scenarios(satellite, plan, draws, **chosen)
+    free, consider = ["magnet", "gyro.bias"], ["mag.bias", "inertia.xx=1e-6"]
+    found = scenarios(satellite, plan, draws, free=free, consider=consider)
     first, instants, of_case, attitude, rate = drawn_starts(epoch_of(satellite, plan), draws)
     assert 0.1 < found.rate_deg_s.min() and found.rate_deg_s.max() < 2.0 and instants.tolist() == [43200.0, 129600.0]
     start = {
@@ -228,7 +225,7 @@ def test_scenarios_are_what_each_would_be_alone(satellite, monkeypatch):
         "rate_deg_s": np.degrees(rate[1]).tolist(),
     }
     alone = vantage_of_plan(satellite, TwinSettings(**{**dict(plan), **start, "quaternion": attitude[1].tolist()}))
-    told = quoted(alone, known(alone, choose(alone, chosen["free"], chosen["consider"])))
+    told = quoted(alone, known(alone, choose(alone, free, consider)))
     assert found.names == tuple(row.name for row in told.rows)
     # Their steps are those of the fastest of all: the motion differs by 1e-5 of a radian.
     np.testing.assert_allclose(found.sigmas.noise[1], [row.sigma_noise for row in told.rows], rtol=1e-3)
@@ -253,7 +250,8 @@ def test_the_command_writes_what_it_says(tmp_path, satellite, capsys, monkeypatc
     assert "What a wrong assumption costs" in (out / "report.html").read_text()
 
 
-def test_wrong_places_are_one_line(tmp_path, satellite, capsys):
+def test_wrong_places_are_one_line(tmp_path, satellite, capsys, monkeypatch):
+    monkeypatch.setattr("jaxsat.numerics.set_up_jax", lambda: None)
     sweep = tmp_path / "sweep"
     sweep.mkdir()
     (sweep / "summary.json").write_text('{"schema": "jaxsat.sweep/1"}')
@@ -263,6 +261,8 @@ def test_wrong_places_are_one_line(tmp_path, satellite, capsys):
         ([str(tmp_path / "none.toml")], 1, "no such file"),
         ([str(satellite.path), "--config", "x.toml"], 2, "belong to the directory of a fit"),
         ([str(satellite.path), "--spin", "1", "2"], 2, "those of --scenarios"),
+        ([str(satellite.path), "--consider", "mag.dela=1"], 2, "--consider: unknown number 'mag.dela'"),
+        ([str(satellite.path), "--duration", "-1"], 1, "--duration"),
     ):
         assert run(["sensitivity", *words]) == status
         assert expected in capsys.readouterr().err
