@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from fitting.orbit.orbit_fit import fit_orbit as fit_orbit
     from fitting.outcome.posterior import sample_posterior as sample_posterior
     from fitting.run import fit as fit
+    from fitting.sensitivity.analysis import sensitivity_of as sensitivity_of
     from fitting.session import prepare_session as prepare_session
     from fitting.settings import FitSettings as FitSettings
     from fitting.starts.guess import Guess as Guess
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 _PLACES = {
     "fit": "fitting.run",
+    "sensitivity_of": "fitting.sensitivity.analysis",
     "Fit": "fitting.fitted",
     "FitSettings": "fitting.settings",
     "Guess": "fitting.starts.guess",

@@ -92,11 +92,11 @@ class Problem(AbstractProblem):
         visit: Visit,
         carry: Any,
     ) -> tuple[Prediction, Any]:
-        linear = _linear(parameters, x[len(STATE) :])
+        linear = linear_about(parameters, x[len(STATE) :])
         moving, seeing = jnp.split(x, [len(STATE) + parameters.moving])
-        motion, slopes = _motion(self, linear, moving, reference, blocks)
+        motion, slopes = motion_of(self, linear, moving, reference, blocks)
         inputs = (motion, slopes, self.sky, self.measured, self.known)
-        whitened = jax.vmap(lambda *sample: _whitened(self, linear, seeing, *sample))
+        whitened = jax.vmap(lambda *sample: whitened_sample(self, linear, seeing, *sample))
         residual, carry = self.over_arc(whitened, inputs, blocks, visit, carry)
         turns = slopes[:, 0]
         padding = jnp.zeros((*turns.shape[:2], seeing.shape[0]), dtype=x.dtype)
@@ -108,7 +108,7 @@ class Problem(AbstractProblem):
         ), carry
 
 
-class _Linear(eqx.Module):
+class Linear(eqx.Module):
     """The leaves to first order about one `x`, which is all that a Jacobian asks."""
 
     parameters: FreeLeaves
@@ -129,8 +129,8 @@ class _Linear(eqx.Module):
         return with_values(model, [spots[k] for k in index], values[index])
 
 
-def _linear(parameters: FreeLeaves, x_model: Float[Array, " unknowns"]) -> _Linear:
-    return _Linear(parameters, parameters.values(x_model), jax.jacfwd(parameters.values)(x_model))
+def linear_about(parameters: FreeLeaves, x_model: Float[Array, " unknowns"]) -> Linear:
+    return Linear(parameters, parameters.values(x_model), jax.jacfwd(parameters.values)(x_model))
 
 
 def initial_state(
@@ -145,9 +145,9 @@ def initial_state(
     )
 
 
-def _motion(
+def motion_of(
     problem: Problem,
-    linear: _Linear,
+    linear: Linear,
     moving: Float[Array, " moving"],
     reference: Float[Array, "4"],
     blocks: Int[Array | np.ndarray, ""],
@@ -183,9 +183,9 @@ def _motion(
     return found, jnp.stack(kinds if late else kinds[:2], axis=1)
 
 
-def _whitened(
+def whitened_sample(
     problem: Problem,
-    linear: _Linear,
+    linear: Linear,
     seeing: Float[Array, " seeing"],
     motion: Motion,
     slopes: Float[Array, "kinds 3 moving"],

@@ -105,10 +105,10 @@ def prepare_look(problem: Problem, parameters: FreeParameters) -> None:
     x, reference, blocks = np.zeros(len(parameters.everything)), np.zeros(4), np.asarray(0)
     look.compile(problem, parameters.tree, x, reference, blocks)
     motion = np.zeros((len(problem.valid), 4)), np.zeros((len(problem.valid), 3))
-    read.compile(problem, _on_host(problem.model, parameters.tree.spots, np.asarray(parameters.tree.nominal)), *motion)
+    read.compile(problem, on_host(problem.model, parameters.tree.spots, np.asarray(parameters.tree.nominal)), *motion)
 
 
-def _on_host(model: Model, spots: Sequence[Spot], values: np.ndarray) -> Model:
+def on_host(model: Model, spots: Sequence[Spot], values: np.ndarray) -> Model:
     """As `with_values`, without a program for each array."""
     arrays: dict[str, np.ndarray] = {}
     for (place, entries), value in zip(spots, values, strict=True):
@@ -142,7 +142,7 @@ def look_at(problem: Problem, parameters: FreeParameters, best: Point) -> Look:
     finite = np.isfinite(np.diagonal(cov))
     J = jacobian[..., finite]
     spread = np.einsum("scu,uv,scv->sc", J, cov[np.ix_(finite, finite)], J)
-    model = _on_host(problem.model, parameters.tree.spots, values)
+    model = on_host(problem.model, parameters.tree.spots, values)
     readings = {name: np.asarray(array) for name, array in read(problem, model, q, w).items()}
     return Look(
         residual=residual,

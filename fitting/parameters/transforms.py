@@ -81,3 +81,11 @@ def polar_from_dipole(dipole: Float[Array, "3"]) -> Float[Array, "3"]:
     modulus = jnp.sqrt(jnp.where(exists, square + dipole[2] ** 2, 1.0))
     elevation = jnp.arctan2(jnp.where(exists, dipole[2], 0.0), jnp.where(tilted, across, jnp.where(exists, 0.0, 1.0)))
     return jnp.stack([jnp.where(exists, modulus, 0.0), azimuth, elevation])
+
+
+def dipole_from_polar_slopes(polar: np.ndarray) -> np.ndarray:
+    """[3 3] derivatives of `dipole_from_polar` by modulus, azimuth and elevation, on the host."""
+    modulus, azimuth, elevation = np.asarray(polar, float)
+    (sa, ca), (se, ce) = ((np.sin(angle), np.cos(angle)) for angle in (azimuth, elevation))
+    by_azimuth, by_elevation = np.array([-ce * sa, ce * ca, 0.0]), np.array([-se * ca, -se * sa, ce])
+    return np.column_stack([[ce * ca, ce * sa, se], modulus * by_azimuth, modulus * by_elevation])

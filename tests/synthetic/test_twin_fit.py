@@ -60,3 +60,12 @@ def test_a_sensor_of_five_lines_goes_all_the_way(tmp_path, capsys):
     page = (fit / "report.html").read_text()
     assert "MyCells" in page or "cells.peak" in page
     assert (fit / "channel-cells.csv").is_file() and (fit / "channel-cells.png").is_file()
+    # Read back, its sigmas are its own; the module of its sensor runs only where the satellite file is named.
+    assert run(["sensitivity", str(fit), "--out", str(tmp_path / "limits"), "--no-plots"]) == 1
+    assert "give --satellite" in capsys.readouterr().err
+    words = ["sensitivity", str(fit), "--satellite", str(twin / "small.sat.toml"), "--out", str(tmp_path / "limits")]
+    assert run([*words, "--no-plots"]) == 0
+    limits = json.loads((tmp_path / "limits" / "sensitivity.json").read_text())["parameters"]
+    for name, (_, sigma, _) in free.items():
+        # The hold-out is not counted in either.
+        assert limits[name]["sigma"] == pytest.approx(sigma, rel=1e-3), name

@@ -78,6 +78,7 @@ def write_fit(
         "satellite": name,
         "size_m": satellite and satellite.size_m,
         "settings": dict(settings),
+        "satellite_path": None if satellite is None else str(satellite.path),
         "satellite_file": {} if satellite is None else dict(satellite.tables),
         "warnings": warnings,
         "rows": session.rows,

@@ -2,11 +2,15 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
 from jaxsat.cli.shared.talk import Talk
 from jaxsat.errors import InputError
+
+if TYPE_CHECKING:
+    from jaxsat.synthetic.twins import TwinSettings
 
 
 def simulate_twin(
@@ -28,15 +32,11 @@ def simulate_twin(
     craft = read_satellite(satellite)
     from jaxsat.cli.simulate.text import twin_summary
     from jaxsat.files.staging import staged_directory
-    from jaxsat.synthetic.twins import TwinSettings, make_twin, write_twin
+    from jaxsat.synthetic.twins import make_twin, write_twin
     from jaxsat.synthetic.twins.files import name_of, owned_files
     from jaxsat.synthetic.twins.source import epoch_of, read_columns, with_orbit
 
-    try:
-        settings = TwinSettings.model_validate(dict(given))
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        raise InputError(first["msg"].removeprefix("Value error, "), field=_option(first["loc"])) from None
+    settings = twin_settings(given)
     columns = None
     if commands is not None:
         flown = craft if orbit is None else with_orbit(craft, orbit)
@@ -51,6 +51,17 @@ def simulate_twin(
     following = f"\nresults in {out}\nnext: jaxsat fit {table} --satellite {copy}"
     talk.result(twin_summary(twin), following, document=truth)
     return 0
+
+
+def twin_settings(given: Mapping[str, object]) -> "TwinSettings":
+    """The settings of options that were given; raises `InputError` naming the option that cannot be."""
+    from jaxsat.synthetic.twins import TwinSettings
+
+    try:
+        return TwinSettings.model_validate(dict(given))
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        raise InputError(first["msg"].removeprefix("Value error, "), field=_option(first["loc"])) from None
 
 
 def _option(location: tuple[int | str, ...]) -> str | None:

@@ -1,0 +1,1 @@
+"""What a sensitivity is written as: JSON, tables, pictures, a page."""

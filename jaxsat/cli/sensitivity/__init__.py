@@ -1,0 +1,1 @@
+"""`jaxsat sensitivity`."""

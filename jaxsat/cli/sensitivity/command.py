@@ -1,0 +1,174 @@
+"""`jaxsat sensitivity`: what limits accuracy, before flight and after."""
+
+import time
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import CycloptsError, Parameter, validators
+
+from jaxsat.cli.shared.folders import default_folder
+from jaxsat.cli.shared.options import whole_number
+from jaxsat.cli.shared.talk import USUAL, Talking
+
+
+def sensitivity(
+    place: Annotated[
+        Path, Parameter(help="Satellite file, TOML, for a plan; or the directory that a fit has written.")
+    ],
+    /,
+    *,
+    free: Annotated[
+        str | None,
+        Parameter(
+            help="What is fitted: names of numbers or of what they begin with, as magnet,mag.bias. [default: every "
+            "number with a sigma; of a fit what it fitted]"
+        ),
+    ] = None,
+    consider: Annotated[
+        str | None,
+        Parameter(
+            help="What is not fitted but uncertain, as inertia,mag.delay=0.5: by the sigma of the satellite file, or "
+            "by NAME=SIGMA in the unit of results."
+        ),
+    ] = None,
+    parts: Annotated[
+        int,
+        Parameter(
+            help="Parts of the arc that are told apart.",
+            converter=whole_number,
+            validator=validators.Number(gte=1, lte=100),
+        ),
+    ] = 10,
+    orbit: Annotated[
+        Path | None, Parameter(help="Plan: TLE, OMM or OEM file in place of the orbit that the satellite file names.")
+    ] = None,
+    start: Annotated[
+        str | None,
+        Parameter(help="Plan: UTC of t = 0. [default: the epoch of the stamps or of the orbit]"),
+    ] = None,
+    duration: Annotated[float | None, Parameter(help="Plan: length of the arc [s]. [default: 600]")] = None,
+    every: Annotated[
+        float | None,
+        Parameter(help="Plan: time between readings [s], but of channels that have an interval_s. [default: 5]"),
+    ] = None,
+    rate: Annotated[
+        tuple[float, float, float] | None,
+        Parameter(help="Plan: X Y Z, angular velocity at t = 0 [deg/s]. [default: drawn, 1 deg/s]", negative=()),
+    ] = None,
+    attitude: Annotated[
+        tuple[float, float, float, float] | None,
+        Parameter(help="Plan: W X Y Z, quaternion at t = 0, inertial from body. [default: drawn]", negative=()),
+    ] = None,
+    commands: Annotated[
+        Path | None,
+        Parameter(help="Plan: table of commands to coils and wheels, as for jaxsat simulate. [default: zero]"),
+    ] = None,
+    seed: Annotated[
+        int | None,
+        Parameter(
+            help="Plan: seed of what is drawn. [default: 0]",
+            converter=whole_number,
+            validator=validators.Number(gte=0, lt=2**32),
+        ),
+    ] = None,
+    scenarios: Annotated[
+        int | None,
+        Parameter(
+            help="Plan: the same of so many other starts, any attitude and direction of spin. [default: none]",
+            converter=whole_number,
+            validator=validators.Number(gte=1, lte=10_000_000),
+        ),
+    ] = None,
+    spin: Annotated[
+        tuple[float, float] | None,
+        Parameter(help="LOW HIGH: rates of the scenarios [deg/s]. [default: 0.1 3]", negative=()),
+    ] = None,
+    days: Annotated[
+        float | None, Parameter(help="Days after the instant of the plan on which scenarios begin. [default: 1]")
+    ] = None,
+    satellite: Annotated[
+        Path | None, Parameter(help="Of a fit: its satellite file, where that has modules of its own or was moved.")
+    ] = None,
+    config: Annotated[Path | None, Parameter(help="Of a fit: the configuration that it was made with.")] = None,
+    out: Annotated[Path, Parameter(help="Directory for the results.")] = default_folder("sensitivity"),
+    plots: Annotated[bool, Parameter(help="Draw pictures.")] = True,
+    talk: Talking = USUAL,
+) -> int:
+    """Say what limits the accuracy of attitude and parameters, before flight and after.
+
+    Of a satellite file and a plan, or of the directory of a fit: sigma of
+    each number from noise and from what is only assumed (--consider), the
+    worst known combinations in words, what each channel and each part of the
+    arc tells, what a wrong assumption costs, and sigma over arc length and
+    sampling interval. Says where the problem is not regular.
+
+    Writes sensitivity.json, pictures and report.html; with --scenarios what
+    many starts would give, scenarios.parquet with a row each.
+
+    Exit status: 0 done, 1 bad input, 2 wrong usage.
+
+    Example: jaxsat sensitivity sat.toml --orbit sat.tle --duration 1800
+    --every 10 --rate 1 0 -2 --consider inertia,mag.delay=0.5
+
+    Example: jaxsat sensitivity sat.toml --scenarios 100000 --spin 0.1 5
+    --days 365
+
+    Example: jaxsat sensitivity pass-fit --consider inertia
+    """
+    began = time.perf_counter()
+    chosen = {
+        "start_utc": start,
+        "duration_s": duration,
+        "every_s": every,
+        "rate_deg_s": rate,
+        "quaternion": attitude,
+        "seed": seed,
+    }
+    given = {key: value for key, value in chosen.items() if value is not None}
+    from jaxsat.cli.sensitivity.place import check_place
+
+    check_place(place)
+    if place.is_dir() and (given or orbit or commands or scenarios or spin or days is not None):
+        options = "--orbit, --start, --duration, --every, --rate, --attitude, --commands, --seed and --scenarios"
+        raise CycloptsError(msg=f"{options} are those of a plan; a fit has its own.")
+    if scenarios is None and (spin or days is not None):
+        raise CycloptsError(msg="--spin and --days are those of --scenarios.")
+    if place.is_file() and (satellite or config):
+        raise CycloptsError(msg="--satellite and --config belong to the directory of a fit.")
+
+    from jaxsat.cli.shared.start import start_jax
+
+    start_jax()
+    from fitting.sensitivity.analysis import analysed, timed
+    from fitting.sensitivity.report.files import FILES, write_sensitivity
+    from jaxsat.cli.sensitivity.place import check_names, drawn_scenarios, found_by, planned
+    from jaxsat.cli.sensitivity.text import sensitivity_text
+    from jaxsat.files.staging import staged_directory
+
+    names = None if free is None else free.split(",")
+    considered = () if consider is None else consider.split(",")
+    with talk.stages("sensitivity") as progress, staged_directory(out, FILES) as stage:
+        progress("reading")
+        drawn = None
+        if place.is_file():
+            vantage = planned(place, given, names, considered, orbit=orbit, commands=commands)
+        else:
+            vantage, fitted = found_by(place, satellite=satellite, config=config)
+            names = _without(fitted, considered) if names is None else names
+            check_names(vantage.satellite, names, considered)
+        found = timed(analysed(vantage, names, considered, parts=parts, progress=progress), time.perf_counter() - began)
+        if scenarios is not None:
+            asked = {"count": scenarios, "spin": spin, "days": days, "seed": seed}
+            how = {"orbit": orbit, "commands": commands, "progress": progress}
+            drawn = drawn_scenarios(vantage.satellite, given, asked, names, considered, **how)
+        progress("writing results")
+        write_sensitivity(stage, found, subject=str(place), plots=plots, drawn=drawn)
+    text = sensitivity_text(found, vantage.satellite.name, drawn, whole=talk.verbose)
+    talk.result(text, f"\nresults in {out}", document=out / "sensitivity.json")
+    return 0
+
+
+def _without(fitted: tuple[str, ...], considered: tuple[str, ...] | list[str]) -> list[str]:
+    """What a fit fitted, but for what is considered now."""
+    heads = [item.partition("=")[0].strip() for item in considered]
+    return [name for name in fitted if not any(name == head or name.startswith(f"{head}.") for head in heads)]
