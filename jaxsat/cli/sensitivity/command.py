@@ -10,10 +10,14 @@ from jaxsat.cli.shared.folders import default_folder
 from jaxsat.cli.shared.options import whole_number
 from jaxsat.cli.shared.talk import USUAL, Talking
 
+PARTS = 10
+"""Parts of the arc by default."""
+
 
 def sensitivity(
     place: Annotated[
-        Path, Parameter(help="Satellite file, TOML, for a plan; or the directory that a fit has written.")
+        Path,
+        Parameter(help="Satellite file, TOML, for a plan; or the directory that a fit or a sweep has written."),
     ],
     /,
     *,
@@ -38,7 +42,7 @@ def sensitivity(
             converter=whole_number,
             validator=validators.Number(gte=1, lte=100),
         ),
-    ] = 10,
+    ] = PARTS,
     orbit: Annotated[
         Path | None, Parameter(help="Plan: TLE, OMM or OEM file in place of the orbit that the satellite file names.")
     ] = None,
@@ -90,6 +94,16 @@ def sensitivity(
         Path | None, Parameter(help="Of a fit: its satellite file, where that has modules of its own or was moved.")
     ] = None,
     config: Annotated[Path | None, Parameter(help="Of a fit: the configuration that it was made with.")] = None,
+    together: Annotated[
+        list[str] | None,
+        Parameter(
+            help="Of a sweep: inputs that count as one, as attitude,orbit. May be given several times.", negative=()
+        ),
+    ] = None,
+    apart: Annotated[
+        list[str] | None,
+        Parameter(help="Of a sweep: vectors of which each column counts by itself, as gyro_bias.", negative=()),
+    ] = None,
     out: Annotated[Path, Parameter(help="Directory for the results.")] = default_folder("sensitivity"),
     plots: Annotated[bool, Parameter(help="Draw pictures.")] = True,
     talk: Talking = USUAL,
@@ -105,6 +119,9 @@ def sensitivity(
     Writes sensitivity.json, pictures and report.html; with --scenarios what
     many starts would give, scenarios.parquet with a row each.
 
+    Of the directory of a sweep: which drawn input drives which metric, as
+    Sobol indices with 95 % intervals. Writes indices.json and indices.png.
+
     Exit status: 0 done, 1 bad input, 2 wrong usage.
 
     Example: jaxsat sensitivity sat.toml --orbit sat.tle --duration 1800
@@ -114,6 +131,8 @@ def sensitivity(
     --days 365
 
     Example: jaxsat sensitivity pass-fit --consider inertia
+
+    Example: jaxsat sensitivity pointing --apart gyro_bias
     """
     began = time.perf_counter()
     chosen = {
@@ -125,9 +144,20 @@ def sensitivity(
         "seed": seed,
     }
     given = {key: value for key, value in chosen.items() if value is not None}
-    from jaxsat.cli.sensitivity.place import check_place
+    from jaxsat.cli.sensitivity.place import check_place, is_sweep
 
     check_place(place)
+    sweep = is_sweep(place)
+    if (together or apart) and not sweep:
+        raise CycloptsError(msg="--together and --apart are those of the directory of a sweep.")
+    if sweep:
+        of_others = (free, consider, satellite, config, orbit, commands, scenarios, spin, days)
+        if given or any(value is not None for value in of_others) or parts != PARTS:
+            raise CycloptsError(msg="a sweep takes --together, --apart, --out and --no-plots alone.")
+        from jaxsat.cli.sensitivity.sweeps import indices_of
+
+        indices_of(place, out, together=together or (), apart=apart or (), plots=plots, talk=talk)
+        return 0
     if place.is_dir() and (given or orbit or commands or scenarios or spin or days is not None):
         options = "--orbit, --start, --duration, --every, --rate, --attitude, --commands, --seed and --scenarios"
         raise CycloptsError(msg=f"{options} are those of a plan; a fit has its own.")

@@ -17,27 +17,26 @@ if TYPE_CHECKING:
     from jaxsat.satellites import Satellite
     from jaxsat.synthetic.twins import TwinSettings
 
-SWEEP = "jaxsat.sweep/1"
 RAW_SUN = ".raw_sun"
-_LIMIT = 64 * 2**20
 
 
 def check_place(place: Path) -> None:
-    """Raises `InputError` where there is nothing, and for a directory that is no fit's."""
+    """Raises `InputError` where there is nothing, and for a directory that is neither a fit's nor a sweep's."""
+    expected = "expected a satellite file, or the directory of a fit or of a sweep"
     if not place.exists():
-        raise InputError("no such file or directory; expected a satellite file, or the directory of a fit", file=place)
-    if place.is_file() or (place / "fit.json").exists():
+        raise InputError(f"no such file or directory; {expected}", file=place)
+    if place.is_file() or (place / "fit.json").exists() or is_sweep(place):
         return
-    summary = place / "summary.json"
-    if summary.exists():
-        from jaxsat.files.json_files import read_json
+    if (place / "summary.json").exists():
+        raise InputError("neither a fit nor a sweep; where it holds several runs name one of them", file=place)
+    raise InputError(f"no fit.json; {expected}", file=place)
 
-        if read_json(summary, limit_bytes=_LIMIT, kind="summary").get("schema") == SWEEP:
-            raise InputError(
-                "holds a sweep and not a fit; expected a satellite file, or the directory of a fit", file=place
-            )
-        raise InputError("holds several runs; name one of its directories", file=place)
-    raise InputError("no fit.json; expected a satellite file, or the directory of a fit", file=place)
+
+def is_sweep(place: Path) -> bool:
+    """Whether a directory is that of a sweep. Raises `InputError` where its summary cannot be read."""
+    from fitting.sensitivity.sweeps import holds_sweep
+
+    return place.is_dir() and not (place / "fit.json").exists() and holds_sweep(place)
 
 
 def check_names(craft: "Satellite", free: Sequence[str] | None, consider: Sequence[str]) -> None:

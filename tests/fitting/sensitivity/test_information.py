@@ -253,11 +253,12 @@ def test_the_command_writes_what_it_says(tmp_path, satellite, capsys, monkeypatc
 
 def test_wrong_places_are_one_line(tmp_path, satellite, capsys, monkeypatch):
     monkeypatch.setattr("jaxsat.numerics.set_up_jax", lambda: None)
-    sweep = tmp_path / "sweep"
-    sweep.mkdir()
-    (sweep / "summary.json").write_text('{"schema": "jaxsat.sweep/1"}')
+    several = tmp_path / "several"
+    several.mkdir()
+    (several / "summary.json").write_text('{"schema": "jaxsat.fit-summary/1"}')
     for words, status, expected in (
-        ([str(sweep)], 1, "holds a sweep and not a fit"),
+        ([str(several)], 1, "name one of them"),
+        ([str(satellite.path), "--apart", "gyro_bias"], 2, "--together and --apart are those of the directory of a"),
         ([str(tmp_path)], 1, "no fit.json"),
         ([str(tmp_path / "none.toml")], 1, "no such file"),
         ([str(satellite.path), "--config", "x.toml"], 2, "belong to the directory of a fit"),

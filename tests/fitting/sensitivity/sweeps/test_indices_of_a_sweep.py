@@ -165,3 +165,15 @@ def test_too_few_cases_and_no_directory(copy, tmp_path):
     with pytest.raises(InputError, match="nowhere: holds no sweep"):
         write_sweep_indices(tmp_path / "nowhere", tmp_path / "out")
     assert holds_sweep(copy) and not holds_sweep(tmp_path)
+
+
+def test_the_command_shows_them(swept, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert run(["sensitivity", str(swept), "--apart", "push", "--no-plots", "--out", str(out)]) == 0
+    text = capsys.readouterr().out
+    assert "what drives each metric, of 800 cases" in text and "push_x" in text
+    assert max(map(len, text.splitlines())) <= 80
+    assert json.loads((out / "indices.json").read_text())["inputs"]["push_x_m_s"]["columns"] == ["in_push_x_m_s"]
+    for option in (["--free", "magnet"], ["--parts", "4"], ["--scenarios", "10"]):
+        assert run(["sensitivity", str(swept), *option]) == 2
+        assert "a sweep takes --together, --apart" in capsys.readouterr().err
