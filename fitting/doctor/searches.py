@@ -11,11 +11,13 @@ from fitting.measurements.assembly import Samples
 from fitting.measurements.problem import Problem
 from fitting.measurements.sky import Around
 from fitting.parameters.free import FreeParameters
+from fitting.starts.carry import carried_back
 from fitting.starts.conventions import Convention
 from fitting.starts.growing import Run, grow
-from fitting.starts.ladder import directed_samples, first_guesses
+from fitting.starts.ladder import directed_samples, first_guesses, telling_samples
 from fitting.starts.multi_start import CHUNK, Starts
 from fitting.starts.sights import sights_of
+from fitting.starts.stretches import longest_stretch
 from jaxsat.errors import InputError
 
 LITTLE, MOST_CUTS = 4.0, 4
@@ -26,37 +28,47 @@ PROMISE = 0.15
 
 def searched(
     bench: Bench,
-    problems: Sequence[tuple[Problem, Samples]],
+    samples: Samples,
     count: int,
     *,
+    same_sky: bool = True,
+    around: Around | None = None,
+    parameters: FreeParameters | None = None,
+    change: Callable[[Problem], Problem] = lambda problem: problem,
     weight: np.ndarray | None = None,
     last: int | None = None,
-    parameters: FreeParameters | None = None,
-) -> list[Run]:
-    """What a search of `count` starts for each problem leaves, best first; nothing where none survives.
+) -> Starts | None:
+    """Where a search of `count` starts in changed data ends, at the first sample, best first; None where none survives.
 
-    The number of a run's problem is the `mismatch` of its convention; `last` is that of the last sample of its arcs.
+    It begins at the longest stretch that sees something, as that of the fit. Of a part of the data `weight` [samples
+    channels] and the number of its `last` sample are given, and it begins at the first sample.
     """
     parameters = parameters or bench.parameters
-    runs, use = [], None
-    for number, (problem, samples) in enumerate(problems):
-        sights = sights_of(problem, samples)
-        rng = np.random.default_rng(bench.settings.seed)
-        guesses = first_guesses(sights, 0, count, bench.fastest, rng)
-        starts = guesses.starts(np.zeros(len(parameters.everything)))
-        runs.append(Run(Convention({}, float(number)), problem, starts))
-        use = bench.weight(problem, samples) if use is None else use
-    if use is None:
-        return []
-    problem, samples = problems[0]
-    seen = directed_samples(sights_of(problem, samples))
+    same_sky = same_sky and around is None
+
+    def problem_of(own: Samples) -> Problem:
+        return change(bench.rebuilt(own, around, same_sky=same_sky, coarse=True))
+
+    problem, begin = problem_of(samples), 0
     if last is None:
         last = len(samples.t) - (len(bench.samples.t) - bench.found.fitted) - 1
+        seen = np.isin(np.arange(len(samples.t)), telling_samples(sights_of(problem, samples)))
+        begin = longest_stretch(samples.t, seen) if seen.sum() > 1 and bench.samples.given is None else 0
+    part = samples.part(slice(begin, None))
+    problem = problem_of(part) if begin else problem
+    use = bench.weight(problem, part) if weight is None else weight
+    sights = sights_of(problem, part)
+    guesses = first_guesses(sights, 0, count, bench.fastest, np.random.default_rng(bench.settings.seed))
+    run = Run(Convention({}, 0.0), problem, guesses.starts(np.zeros(len(parameters.everything))))
+    seen = directed_samples(sights)
     try:
-        grow(runs, seen[seen <= last], last, parameters, use if weight is None else weight)
+        grow([run], seen[seen <= last - begin], last - begin, parameters, use)
     except InputError:
-        return []
-    return runs
+        return None
+    if begin:
+        where = (samples, begin, problem.model, around or bench.around, bench.step)
+        run.starts = carried_back(run.starts, parameters, *where)
+    return run.starts if len(run.starts.cost) else None
 
 
 def anew(
@@ -70,12 +82,10 @@ def anew(
     change: Callable[[Problem], Problem] = lambda problem: problem,
 ) -> Iterator[float]:
     """Chi2 of what a search finds, of problems that are changed; nothing where no start survives."""
-    same_sky = same_sky and around is None
-    coarse = change(bench.rebuilt(samples, around, same_sky=same_sky, coarse=True))
-    runs = searched(bench, [(coarse, samples)], count, parameters=parameters)
-    if runs:
-        fine = change(bench.rebuilt(samples, around, same_sky=same_sky))
-        yield bench.chi2_near(fine, first(runs[0].starts), parameters=parameters)
+    sky = {"around": around, "same_sky": same_sky and around is None}
+    starts = searched(bench, samples, count, **sky, parameters=parameters, change=change)
+    if starts is not None:
+        yield bench.chi2_near(change(bench.rebuilt(samples, **sky)), first(starts), parameters=parameters)
 
 
 def first(starts: Starts) -> Starts:

@@ -65,9 +65,9 @@ def _searched(
         one_of.setdefault(_class(bench, matrix), order)
     # Each by itself, with room for as many starts as a search of the usual order has.
     for order in one_of.values():
-        samples = bench.with_values(name, rows[:, list(order)])
-        for run in searched(bench, [(bench.rebuilt(samples, same_sky=True, coarse=True), samples)], STARTS):
-            found[order] = run.starts
+        starts = searched(bench, bench.with_values(name, rows[:, list(order)]), STARTS)
+        if starts is not None:
+            found[order] = starts
     if not found:
         return []
     best = min(found, key=lambda order: found[order].cost[0])

@@ -18,6 +18,7 @@ from fitting.parameters.names import STATE
 from fitting.solvers.refine import Refined
 from fitting.starts.growing import FIRST_ARC
 from fitting.starts.ladder import directed_samples
+from fitting.starts.multi_start import Starts
 from fitting.starts.sights import sights_of
 
 SHARES = (0.2, 0.35, 0.5, 0.65, 0.8)
@@ -109,29 +110,28 @@ def _data(bench: Bench, seen: np.ndarray, place: int, later: bool) -> tuple[Samp
     return bench.samples, int(seen[place - 1])
 
 
-def _search(bench: Bench, seen: np.ndarray, place: int, later: bool):
+def _search(bench: Bench, seen: np.ndarray, place: int, later: bool) -> Starts | None:
     samples, last = _data(bench, seen, place, later)
-    problem = bench.rebuilt(samples, coarse=True)
-    weight = bench.weight(problem, samples)
+    weight = bench.weight(bench.rebuilt(samples, coarse=True), samples)
     weight[last + 1 :] = 0.0
-    return searched(bench, [(problem, samples)], STARTS, weight=weight, last=last)
+    return searched(bench, samples, STARTS, same_sky=False, weight=weight, last=last)
 
 
 def _cost(bench: Bench, seen: np.ndarray, place: int) -> float:
     """Of both parts after a search; infinite where one is too short."""
     if not FIRST_ARC <= place <= len(seen) - FIRST_ARC:
         return np.inf
-    runs = [_search(bench, seen, place, later) for later in (False, True)]
-    return float(sum(run[0].starts.cost[0] if run else np.inf for run in runs))
+    found = [_search(bench, seen, place, later) for later in (False, True)]
+    return float(sum(np.inf if starts is None else starts.cost[0] for starts in found))
 
 
 def _part(bench: Bench, seen: np.ndarray, place: int, later: bool) -> Refined | None:
-    runs = _search(bench, seen, place, later)
-    if not runs:
+    starts = _search(bench, seen, place, later)
+    if starts is None:
         return None
     samples, last = _data(bench, seen, place, later)
     problem = bench.rebuilt(samples)
     weight = bench.weight(problem, samples)
     weight[last + 1 :] = 0.0
-    refined = bench.refitted(problem, first(runs[0].starts), weight=weight)
+    refined = bench.refitted(problem, first(starts), weight=weight)
     return refined if len(refined.score) else None

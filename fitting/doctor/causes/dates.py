@@ -20,7 +20,7 @@ OLD_DAYS = 200.0
 """Age of the table's own element set from which another year is tried."""
 HOURS = tuple(hours for hours in range(-12, 15) if hours)
 """By which a clock is tried to be ahead of UTC."""
-STARTS = 128
+STARTS = 64
 """Of a search under another hour: what it leaves at the right one stands out by its cost."""
 TRIED = 3
 """Hours that are fitted, those that promise most."""
@@ -98,12 +98,19 @@ def _searched(bench: Bench, told: dict[int, tuple[Samples, Around]]) -> dict[int
     ends: dict[int, Starts] = {}
     for hours in sorted(told, key=abs):
         samples, around = told[hours]
-        for run in searched(bench, [(bench.rebuilt(samples, around, coarse=True), samples)], STARTS):
-            ends[hours] = first(run.starts)
+        starts = searched(bench, samples, STARTS, around=around)
+        if starts is not None:
+            ends[hours] = first(starts)
         if hours in ends and 2.0 * ends[hours].cost[0] < bench.enough:
             break
     best = sorted(ends, key=lambda hours: ends[hours].cost[0])[:TRIED]
-    return {hours: bench.chi2_near(bench.rebuilt(*told[hours]), ends[hours]) for hours in best}
+    found = {hours: bench.chi2_near(bench.rebuilt(*told[hours]), ends[hours]) for hours in best}
+    # The field of an hour beside leads near the motion, where the search under the right one may have missed it.
+    for hours in (best[0] - 1, best[0] + 1) if best else ():
+        if hours in told:
+            chi2 = bench.chi2_near(bench.rebuilt(*told[hours]), ends[best[0]])
+            found[hours] = min(chi2, found.get(hours, np.inf))
+    return found
 
 
 def _chi2(bench: Bench, told: tuple[Samples, Around]) -> float:
