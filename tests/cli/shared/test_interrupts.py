@@ -7,7 +7,7 @@ import time
 import pytest
 
 SCRIPT = """
-import gc, signal, sys, time
+import gc, os, signal, sys, time
 from jaxsat.cli.shared.interrupts import heeded
 
 # Under nohup it is ignored, and stays so.
@@ -19,7 +19,8 @@ def run(arguments):
         signal.raise_signal(signal.{signal})
     gc.callbacks.append(landing)
     gc.collect()
-    print("went on", flush=True)
+    # At once: the signal comes again soon, on a busy machine between a line and its end.
+    os.write(1, b"went on\\n")
     try:
         time.sleep({then})
     except KeyboardInterrupt:
