@@ -67,9 +67,9 @@ def examine(bench: Bench, result: FitResult, progress: Progress) -> tuple[Cause,
         # Near a minimum that is none of the data's, small changes help nothing.
         *(orders + local if bench.hopeless else local + orders),
         lambda: faster_turns(bench),
+        lambda: other_zone(bench),
         lambda: missing_torques(bench),
         lambda: running_clock(bench),
-        lambda: other_zone(bench),
         lambda: other_magnets(bench),
         lambda: changes(bench),
     ]
