@@ -20,7 +20,8 @@ def picture(found: dict[str, Any]) -> bytes:
     left.axvspan(0.9, 1.1, color="#e7e9ee", linewidth=0)
     left.axvline(1.0, color=FAINT, linewidth=0.8)
     names: list[str] = []
-    for number, (kind, each) in enumerate(found["scatter"].items()):
+    for number, kind in enumerate(COLOURS):
+        each = found["scatter"][kind]
         rows = {"attitude": each["attitude"], **each["numbers"]}
         names = list(rows)
         place = np.arange(len(rows)) + 0.24 * (number - 0.5)

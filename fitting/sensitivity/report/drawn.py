@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fitting.sensitivity.report.pictures import ASSUMED, NOISE, PLAIN
-from fitting.sensitivity.scenarios import Scenarios
+from fitting.sensitivity.scenarios.many import Scenarios
 from jaxsat.plotting.style import dress, head, new_figure
 
 TABLE = "scenarios.parquet"

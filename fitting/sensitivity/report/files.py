@@ -5,7 +5,7 @@ from pathlib import Path
 from fitting.sensitivity.analysis import Sensitivity
 from fitting.sensitivity.report.document import document
 from fitting.sensitivity.report.page import sensitivity_page
-from fitting.sensitivity.scenarios import Scenarios
+from fitting.sensitivity.scenarios.many import Scenarios
 from jaxsat.files.json_files import plain, write_json
 
 FILES = (

@@ -12,7 +12,7 @@ from jaxsat.errors import InputError
 
 if TYPE_CHECKING:
     from fitting.sensitivity.analysis import Progress
-    from fitting.sensitivity.scenarios import Scenarios
+    from fitting.sensitivity.scenarios.many import Scenarios
     from fitting.sensitivity.vantage import Vantage
     from jaxsat.satellites import Satellite
     from jaxsat.synthetic.twins import TwinSettings
@@ -81,7 +81,8 @@ def drawn_scenarios(
     progress: "Progress",
 ) -> "Scenarios":
     """So many other starts of the same plan. Raises `InputError`."""
-    from fitting.sensitivity.scenarios import Draws, scenarios
+    from fitting.sensitivity.scenarios.draws import Draws
+    from fitting.sensitivity.scenarios.many import scenarios
     from jaxsat.cli.simulate.twin import twin_settings
 
     settings = twin_settings(given)

@@ -12,7 +12,7 @@ from jaxsat.significant import unit_text, value_text
 
 if TYPE_CHECKING:
     from fitting.sensitivity.analysis import Sensitivity
-    from fitting.sensitivity.scenarios import Scenarios
+    from fitting.sensitivity.scenarios.many import Scenarios
 
 UNKNOWN_DEG = 180.0
 """1-sigma of an attitude beyond which nothing is known of it."""

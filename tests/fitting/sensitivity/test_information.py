@@ -14,7 +14,8 @@ from fitting.sensitivity.analysis import analysed
 from fitting.sensitivity.choice import choose, slopes_at_nominal, slopes_of
 from fitting.sensitivity.information import known, quoted
 from fitting.sensitivity.plan import vantage_of_plan
-from fitting.sensitivity.scenarios import Draws, drawn_starts, scenarios
+from fitting.sensitivity.scenarios.draws import Draws, drawn_starts
+from fitting.sensitivity.scenarios.many import scenarios
 from fitting.sensitivity.sums import sigmas_of
 from jaxsat.cli.main import run
 from jaxsat.errors import InputError
@@ -214,7 +215,7 @@ def test_the_derivatives_are_those_of_complete_runs(vantage):
 
 def test_scenarios_are_what_each_would_be_alone(satellite, monkeypatch):
     """Of any start, instant and choice, four scenarios on two instants by turns: the second one again by itself."""
-    monkeypatch.setattr("fitting.sensitivity.scenarios.LEAST_EACH", 2)
+    monkeypatch.setattr("fitting.sensitivity.scenarios.draws.LEAST_EACH", 2)
     plan, draws = PLAN, Draws(4, fastest_deg_s=2.0, days=2.0, seed=5)
     free, consider = ["magnet", "gyro.bias"], ["mag.bias", "inertia.xx=1e-6"]
     found = scenarios(satellite, plan, draws, free=free, consider=consider)

@@ -1,0 +1,1 @@
+"""Sigmas over many starts that are drawn."""
