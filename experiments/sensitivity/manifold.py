@@ -4,7 +4,7 @@ Sessions of panel currents on the orbit and with the noise of the bundled sessio
 of its file for what is free: fitted, from the truth, by the solver of `jaxsat fit`, to the first 5 ... 140 samples of
 64 s, and to 6 ... 141 samples of one arc of 640 s, with 7 to 36 free numbers, under the file's priors and under
 priors a hundred times as wide. Each fit is compared with its truth and with the ten samples that come next. On half of
-the sessions (the bundled one's start) the rule's threshold is chosen, on the others (any start) the rule is tried.
+the sessions (the bundled one's start) a threshold is tuned, on the others (any start) it and the rule are tried.
 
     .venv/bin/python -m experiments.sensitivity.manifold --out manifold
 """

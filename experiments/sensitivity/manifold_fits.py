@@ -181,6 +181,7 @@ def worth(row, parameters, point, truth, at_truth, count, seen) -> dict[str, Any
         "missed": float(np.sqrt((clean**2).mean())) if clean.size else 0.0,
         "later": int(clean.size),
         "numbers_off": float(np.sqrt(np.mean((error / sigma[own]) ** 2))) if own.any() else 0.0,
+        # Along what is held by definition this is what the prior drew, where the prior pulls.
         "walked": float(np.sqrt(np.mean(error**2))) if own.any() else 0.0,
         "named": {
             name: float((point.x - truth.x)[k] / np.sqrt(cov[m, m]))

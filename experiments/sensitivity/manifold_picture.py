@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from experiments.sensitivity.manifold_rule import rms
 from jaxsat.plotting.style import FAINT, INK, dress, head, new_figure, png_bytes
@@ -44,8 +45,11 @@ def picture(found: dict[str, Any]) -> bytes:
         axes[0, 1].loglog(counts, missed, "o", color=COLOURS[2 - number], markersize=3.5)
         axes[0, 1].loglog(counts, promised, line, color=COLOURS[2 - number], linewidth=1.1, label=f"next, {width}")
     axes[0, 0].set_xscale("log")
+    axes[0, 0].set_ylim(0.0, 55.0)
     axes[1, 0].set_xscale("log")
     axes[1, 0].set_yscale("log")
+    axes[1, 0].yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes[1, 0].yaxis.set_minor_formatter(NullFormatter())
     axes[0, 1].axhline(np.sqrt(2.0), color=INK, linewidth=0.7, linestyle=(0, (4, 3)))
     ahead, missed = (np.array([f[key] for f in fits]) for key in ("ahead", "missed"))
     narrowly = np.array([f["priors"] == narrow for f in fits])
@@ -58,7 +62,7 @@ def picture(found: dict[str, Any]) -> bytes:
     agreement = np.array([np.sqrt(f["square"] / max(f["readings"] - f["told"], 1.0)) for f in fits])
     axes[1, 1].plot(agreement[narrowly], ratio[narrowly], ".", color=COLOURS[0], markersize=3, alpha=0.6)
     axes[1, 1].set_xlim(0.0, 2.0)
-    axes[1, 1].set_ylim(0.0, 4.0)
+    axes[1, 1].set_ylim(0.0, 2.5)
     shown = [p for p in found["profiles"] if p.get("sigma")]
     names = list(dict.fromkeys(p["name"] for p in shown))
     for name, colour in zip(names, COLOURS, strict=False):

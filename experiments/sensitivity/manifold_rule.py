@@ -1,9 +1,11 @@
-"""The rule of the manifold study: what it says of each fit, its threshold, and how it fares where it was not tuned."""
+"""The rule of the manifold study: what it says of each fit, a threshold that is tuned beside it, and how both fare."""
 
 from typing import Any
 
 import numpy as np
 from scipy.stats import spearmanr
+
+from fitting.sensitivity.told import PREDICTS
 
 EXCEEDED = 0.05
 """Share of the fits called predicting that may be off by more than the noise."""
@@ -12,13 +14,19 @@ VERDICTS = ("told", "told with priors", "between", "tuned")
 
 def judged(fits: list[dict]) -> dict[str, Any]:
     """The threshold that the sessions tuned on ask for, what the rule says of the others, and what came of them."""
-    kinds = {kind: [each for each in fits if each["kind"] == kind] for kind in ("tuned on", "tried on")}
+    settled = [each for each in fits if each["settled"]]
+    kinds = {kind: [each for each in settled if each["kind"] == kind] for kind in ("tuned on", "tried on")}
     threshold = threshold_of(kinds["tuned on"])
-    lines = [f"a fit predicts while its own error ahead is told below {threshold:.2f} of the noise"]
+    below = [f["missed"] > 1.0 for f in kinds["tried on"] if f["ahead"] <= threshold]
+    lines = [
+        f"{len(fits) - len(settled)} of {len(fits)} fits did not settle and are left out",
+        f"tuned: up to {threshold:.2f} of the noise told ahead, {100 * EXCEEDED:g} % of the fits are off by more "
+        f"than the noise; of {len(below)} others up to it {100 * float(np.mean(below)) if below else 0.0:.1f} %",
+    ]
     table, reach = {}, {}
     for kind, some in kinds.items():
         for verdict in VERDICTS:
-            own = [f for f in some if verdict_of(f, threshold) == verdict]
+            own = [f for f in some if verdict_of(f) == verdict]
             if own:
                 row = table[f"{kind}: {verdict}"] = about(own)
                 lines.append(f"{kind}, {verdict}: {told_of(row)}")
@@ -29,7 +37,7 @@ def judged(fits: list[dict]) -> dict[str, Any]:
                 lines.append(f"{kind}, linear to {name} sigma: {told_of(row)}")
         chi = [np.sqrt(f["square"] / max(f["readings"] - f["told"], 1.0)) for f in some]
         off = [f["attitude_deg"] / f["attitude_sigma_deg"] for f in some]
-        table[f"{kind}: rank correlation"] = float(spearmanr(chi, off)[0])
+        table[f"{kind}: rank correlation"] = float(np.asarray(spearmanr(chi, off))[0])
         lines.append(f"{kind}: rank correlation of agreement with error {table[f'{kind}: rank correlation']:.3f}")
     return {"threshold": threshold, "table": table, "reach": reach, "lines": lines}
 
@@ -44,7 +52,7 @@ def threshold_of(fits: list[dict]) -> float:
     return float(order[good[-1]]["ahead"]) if len(good) else 0.0
 
 
-def verdict_of(fit: dict, threshold: float) -> str:
+def verdict_of(fit: dict) -> str:
     """What a user can say without the truth.
 
     Tuned: the fit's own error in what comes next is told to be above the noise. Between: below it, yet not by enough.
@@ -52,7 +60,7 @@ def verdict_of(fit: dict, threshold: float) -> str:
     """
     if fit["ahead"] >= 1.0:
         return "tuned"
-    if fit["ahead"] > threshold:
+    if fit["ahead"] > PREDICTS:
         return "between"
     return "told" if fit["told"] > fit["unknowns"] - 0.5 else "told with priors"
 
@@ -78,7 +86,7 @@ def told_of(row: dict[str, float]) -> str:
     return (
         f"{row['fits']} fits; fitted {row['in_sample']:.2f}; own error ahead {row['missed']:.2f}, told "
         f"{row['ahead']:.2f}, above the noise in {100 * row['above_noise']:.1f} %; attitude {row['attitude']:.2f} "
-        f"sigma, numbers {row['numbers']:.2f} sigma, off by {row['walked']:.2f} prior sigma"
+        f"sigma, numbers {row['numbers']:.2f} sigma"
     )
 
 
