@@ -19,6 +19,7 @@ from fitting.sensitivity.information import Known, Quoted, known, quoted
 from fitting.sensitivity.of_fit import free_of_fit, vantage_of_fit
 from fitting.sensitivity.plan import Columns, vantage_of_plan
 from fitting.sensitivity.sampling import SamplingMap, sampling_map
+from fitting.sensitivity.told import Told, told_without_end
 from fitting.sensitivity.vantage import Vantage
 from jaxsat.errors import InputError
 from jaxsat.satellites import Satellite
@@ -81,6 +82,17 @@ class Sensitivity:
         """RMS over the arc: from noise, from what is assumed, from both [deg]."""
         noise, assumed = (float(np.sqrt(np.mean(each**2))) for each in self.attitude_sigma_deg)
         return noise, assumed, float(np.hypot(noise, assumed))
+
+    @property
+    def without_end(self) -> Told | None:
+        """What a fit of all but the last tenth of the arc would be told, and by what it would miss that tenth.
+
+        None where the last tenth has no reading that counts, or all have.
+        """
+        try:
+            return told_without_end(self.found, self.vantage.samples.t)
+        except ValueError:
+            return None
 
     def bias_per_unit(self) -> dict[str, dict[str, float]]:
         """{considered: {fitted: by what its estimate is off}} where the considered number is off by one of its unit.

@@ -1,5 +1,6 @@
 """The file sensitivity.json (schema `jaxsat.sensitivity/1`), and the verdict in words."""
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -67,6 +68,7 @@ def document(found: Sensitivity, *, subject: str, epoch_utc: str) -> dict[str, A
             "samples": found.contributions.samples,
         },
         "sampling": None if found.sampling is None else _sampling(found),
+        "without_last_tenth": None if found.without_end is None else asdict(found.without_end),
         "without_derivative": list(found.vantage.slopes.lost),
         "timing_s": dict(found.timing_s),
     }
@@ -88,6 +90,7 @@ def verdict(found: Sensitivity) -> list[str]:
     reasons += [f"along {each.words} the linear picture holds to {value_text(each.holds_to, 2)} sigma" for each in bent]
     lines.append(f"the problem is {state}" + (f": {'; '.join(reasons)}" if reasons else _straight(found)))
     lines += [f"held by definition: {d.held_by}, for {d.name} is told by nothing" for d in _by_definition(found)]
+    lines += _ahead(found)
     held = [row.name for row in found.quoted.rows if row.prior is not None and row.sigma_noise > HELD * row.prior]
     if held:
         lines.append(f"held by their priors: {', '.join(held)}")
@@ -100,6 +103,18 @@ def verdict(found: Sensitivity) -> list[str]:
     if strong:
         lines.append(f"hardly told apart: {', '.join(strong[:4])}")
     return lines
+
+
+def _ahead(found: Sensitivity) -> list[str]:
+    """Whether a fit would predict: what the data tell of it, and by what it would miss what it has not seen."""
+    told = found.without_end
+    if told is None:
+        return []
+    state = "tuned to its data" if told.tuned else "predicts" if told.predicts else "hardly predicts"
+    return [
+        f"without the last tenth of the arc a fit {state}: its own error there is {value_text(told.ahead, 2)} of the "
+        f"noise, and data tell {value_text(told.by_data, 3)} of {told.unknowns} fitted numbers"
+    ]
 
 
 def _by_definition(found: Sensitivity) -> list[Direction]:
