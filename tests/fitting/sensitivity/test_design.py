@@ -87,7 +87,7 @@ def test_whole_samples_against_all_choices():
     sigmas = {each: candidates.sigma(np.isin(np.arange(12), each).astype(float)) for each in combinations(range(12), 4)}
     best = min(sigmas, key=lambda each: sigmas[each])
     assert found.bound is not None and found.bound <= sigmas[best] * (1.0 + 1e-9)
-    assert sigmas[tuple(int(k) for k in chosen)] == pytest.approx(sigmas[best], rel=1e-9)
+    assert candidates.sigma(np.isin(np.arange(12), chosen).astype(float)) == pytest.approx(sigmas[best], rel=1e-9)
     with pytest.raises(ValueError, match="do not fit"):
         best_weights(candidates, 13.0)
     with pytest.raises(ValueError, match="do not tell"):
