@@ -71,7 +71,7 @@ def times(count: int) -> dict:
     designs = []
     for name, samples in chosen.items():
         on = np.isin(np.arange(len(vantage.weight)), samples).astype(float)
-        told = scattered(replace(vantage, weight=vantage.weight * on[:, None]), [], count, 0)
+        told = scattered(replace(vantage, weight=vantage.weight * on[:, None]), FREE, [], count, 0)
         designs.append({
             "name": name,
             "t_s": (EVERY_S * samples).tolist(),
@@ -115,7 +115,7 @@ def cells(count: int) -> dict:
         changed = replace(satellite, model=put(satellite.model, normals))
         squares = []
         for number, plan in enumerate(plans):
-            told = scattered(vantage_of_plan(changed, plan), [], max(count // STARTS, 2), 100 + number)
+            told = scattered(vantage_of_plan(changed, plan), FREE, [], max(count // STARTS, 2), 100 + number)
             squares.append([told["attitude"]["predicted"] ** 2, told["attitude"]["scatter"] ** 2])
         predicted, scatter = np.sqrt(np.mean(squares, axis=0))
         designs.append({
