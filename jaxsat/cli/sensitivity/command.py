@@ -171,10 +171,11 @@ def sensitivity(
     start_jax()
     from fitting.sensitivity.analysis import analysed, timed
     from fitting.sensitivity.report.files import FILES, write_sensitivity
-    from jaxsat.cli.sensitivity.place import check_names, drawn_scenarios, found_by, planned
+    from jaxsat.cli.sensitivity.place import check_names, drawn_scenarios, draws_of, found_by, planned
     from jaxsat.cli.sensitivity.text import sensitivity_text
     from jaxsat.files.staging import staged_directory
 
+    draws = None if scenarios is None else draws_of(scenarios, spin, days, seed)
     names = None if free is None else free.split(",")
     considered = () if consider is None else consider.split(",")
     with talk.stages("sensitivity") as progress, staged_directory(out, FILES) as stage:
@@ -187,10 +188,9 @@ def sensitivity(
             names = _without(fitted, considered) if names is None else names
             check_names(vantage.satellite, names, considered)
         found = timed(analysed(vantage, names, considered, parts=parts, progress=progress), time.perf_counter() - began)
-        if scenarios is not None:
-            asked = {"count": scenarios, "spin": spin, "days": days, "seed": seed}
+        if draws is not None:
             how = {"orbit": orbit, "commands": commands, "progress": progress}
-            drawn = drawn_scenarios(vantage.satellite, given, asked, names, considered, **how)
+            drawn = drawn_scenarios(vantage.satellite, given, draws, names, considered, **how)
         progress("writing results")
         write_sensitivity(stage, found, subject=str(place), plots=plots, drawn=drawn)
     text = sensitivity_text(found, vantage.satellite.name, drawn, whole=talk.verbose)

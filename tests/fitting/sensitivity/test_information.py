@@ -265,6 +265,7 @@ def test_wrong_places_are_one_line(tmp_path, satellite, capsys, monkeypatch):
         ([str(satellite.path), "--spin", "1", "2"], 2, "those of --scenarios"),
         ([str(satellite.path), "--consider", "mag.dela=1"], 2, "--consider: unknown number 'mag.dela'"),
         ([str(satellite.path), "--duration", "-1"], 1, "--duration"),
+        ([str(satellite.path), "--scenarios", "9", "--spin", "5", "1"], 1, "the slowest below the fastest"),
     ):
         assert run(["sensitivity", *words]) == status
         assert expected in capsys.readouterr().err
