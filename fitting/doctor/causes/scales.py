@@ -3,13 +3,15 @@
 from collections.abc import Iterator
 
 import numpy as np
+from scipy.stats import rankdata
 
 from fitting.doctor.bench import Bench
 from fitting.doctor.searches import along
 from fitting.doctor.sensors import sunlit
 from fitting.doctor.trial import Trial
 from fitting.measurements.problem import Problem
-from fitting.outcome.result import FitResult
+from fitting.outcome.result import ChannelFit, FitResult
+from fitting.outcome.series import panel_residuals, slots
 from jaxsat.telemetry.table.as_if import drift, without_offset
 
 MOST_DRIFT = 0.6
@@ -18,10 +20,14 @@ OFFSET = 0.3
 """Of a bright reading, the largest constant that is tried."""
 WHITE_P = 1e-3
 """Probability of the memory of residuals below which they are no noise."""
+SIZES_P = 1e-10
+"""The same of the sizes of residuals, which differ with the light as well."""
 CLEAR = 2.25
 """Chi2 per reading beyond which noise of another size is all that is wrong: below it small faults pass for noise."""
 LARGEST = 5.0
 """Times the stated noise."""
+LEVEL = 3.0
+"""Times the stated noise, above which a sample has to read something: in the dark there is no residual."""
 
 
 def drifting_scales(bench: Bench) -> Iterator[Trial]:
@@ -73,10 +79,12 @@ def offset_readings(bench: Bench) -> Iterator[Trial]:
 
 
 def other_noise(bench: Bench, result: FitResult) -> Iterator[Trial]:
-    """Noise larger by one factor, where residuals have no mean and no memory: what is wrong with a model has both."""
+    """Noise larger by one factor, where neither residuals nor their sizes have a memory, as they have of a fault."""
     for name, channel in result.channels.items():
         ratio = channel.chi2_per_reading
-        if channel.witness or ratio is None or not 1.5 < ratio < LARGEST**2 or channel.memory_p < WHITE_P:
+        if channel.witness or ratio is None or not 1.5 < ratio < LARGEST**2:
+            continue
+        if channel.memory_p < WHITE_P or _memory_of_sizes(channel) < SIZES_P:
             continue
         yield Trial(
             "noise",
@@ -89,3 +97,22 @@ def other_noise(bench: Bench, result: FitResult) -> Iterator[Trial]:
             f"--as noise:{name}:{channel.sigma * np.sqrt(ratio):.3g}",
             settles=bool(ratio > CLEAR),
         )
+
+
+def _memory_of_sizes(channel: ChannelFit) -> float:
+    """Probability that noise has such a memory in the size of its residuals; those left out count too."""
+    seen = channel.fitted & (np.abs(channel.modelled).max(axis=1) > LEVEL * channel.sigma)
+    seen &= np.isfinite(channel.residual).any(axis=1)
+    return sizes_p(channel.residual[seen], slots(channel.t_s)[seen])
+
+
+def sizes_p(residual: np.ndarray, slot: np.ndarray) -> float:
+    """The same of residuals [time columns] at whole-numbered times, by ranks (McLeod & Li 1983); 1 where none tells.
+
+    What is wrong with a model is large for a while, whatever its signs do.
+    """
+    if not len(residual):
+        return 1.0
+    ranks = rankdata(np.nanmean(residual**2, axis=1))
+    found = panel_residuals(ranks - ranks.mean(), slot).ljung_box_p
+    return 1.0 if found is None else found
