@@ -35,13 +35,12 @@ def searched(
     around: Around | None = None,
     parameters: FreeParameters | None = None,
     change: Callable[[Problem], Problem] = lambda problem: problem,
-    weight: np.ndarray | None = None,
     last: int | None = None,
 ) -> Starts | None:
     """Where a search of `count` starts in changed data ends, at the first sample, best first; None where none survives.
 
-    It begins at the longest stretch that sees something, as that of the fit. Of a part of the data `weight` [samples
-    channels] and the number of its `last` sample are given, and it begins at the first sample.
+    It begins at the longest stretch that sees something, as that of the fit. Of a part of the data the number of its
+    `last` sample is given, and it begins at the first one.
     """
     parameters = parameters or bench.parameters
     same_sky = same_sky and around is None
@@ -49,15 +48,18 @@ def searched(
     def problem_of(own: Samples) -> Problem:
         return change(bench.rebuilt(own, around, same_sky=same_sky, coarse=True))
 
-    problem, begin = problem_of(samples), 0
+    problem, part, begin = problem_of(samples), samples, 0
+    sights = sights_of(problem, part)
     if last is None:
         last = len(samples.t) - (len(bench.samples.t) - bench.found.fitted) - 1
-        seen = np.isin(np.arange(len(samples.t)), telling_samples(sights_of(problem, samples)))
+        seen = np.isin(np.arange(len(samples.t)), telling_samples(sights))
         begin = longest_stretch(samples.t, seen) if seen.sum() > 1 and bench.samples.given is None else 0
-    part = samples.part(slice(begin, None))
-    problem = problem_of(part) if begin else problem
-    use = bench.weight(problem, part) if weight is None else weight
-    sights = sights_of(problem, part)
+    if begin:
+        part = samples.part(slice(begin, None))
+        problem = problem_of(part)
+        sights = sights_of(problem, part)
+    use = bench.weight(problem, part)
+    use[last - begin + 1 :] = 0.0
     guesses = first_guesses(sights, 0, count, bench.fastest, np.random.default_rng(bench.settings.seed))
     run = Run(Convention({}, 0.0), problem, guesses.starts(np.zeros(len(parameters.everything))))
     seen = directed_samples(sights)

@@ -113,11 +113,13 @@ def refine(
         own, stuck = solver == Stage.solver, False
         for _ in range(patience if own else 1):
             left, promised, _ = _unsettled(points, parameters)
-            if len(left) == 0 or stuck:
+            if len(left) == 0:
                 break
             again = run(number, stage, np.asarray(points.x)[left], np.asarray(points.reference)[left], weight[left])
             stuck = bool(np.all(np.asarray(points.cost)[left] - again.cost < LEAST_KEPT * promised))
             points = jax.tree.map(lambda old, new, left=left: _replaced(old, left, new), points, again)
+            if stuck:
+                break
         # On a kink, where a panel's horizon passes a sample or a rod turns back, no damped step may be better than the
         # point though the undamped one is, or a share of it; or slopes promise what none brings.
         stage = replace(stage, iterations=0)

@@ -112,9 +112,7 @@ def _data(bench: Bench, seen: np.ndarray, place: int, later: bool) -> tuple[Samp
 
 def _search(bench: Bench, seen: np.ndarray, place: int, later: bool) -> Starts | None:
     samples, last = _data(bench, seen, place, later)
-    weight = bench.weight(bench.rebuilt(samples, coarse=True), samples)
-    weight[last + 1 :] = 0.0
-    return searched(bench, samples, STARTS, same_sky=False, weight=weight, last=last)
+    return searched(bench, samples, STARTS, same_sky=False, last=last)
 
 
 def _cost(bench: Bench, seen: np.ndarray, place: int) -> float:
