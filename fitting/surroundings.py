@@ -1,5 +1,6 @@
 """What a session happens in: its orbit, the field, the Earth's turn and the Sun, found or given."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ from fitting.measurements.sky import Around
 from fitting.orbit.orbit_fit import OrbitFit, fit_orbit, given_orbit
 from jaxsat.constants import EARTH_MU
 from jaxsat.environment import igrf_field
+from jaxsat.environment.orbit import AbstractOrbit
 from jaxsat.errors import InputError
 from jaxsat.given import Given
 from jaxsat.satellites import Satellite
@@ -25,19 +27,33 @@ def surroundings(
     """
     given = given or Given()
     ellipse = _ellipse(satellite, session, given)
+    orbit = orbit_for(satellite, session) if ellipse is None else ellipse.orbit
+    return around_of(satellite, orbit, session.epoch, given, ellipse, sun=given.sun.direction_eci), ellipse
+
+
+def around_of(
+    satellite: Satellite,
+    orbit: AbstractOrbit,
+    epoch: Epoch,
+    given: Given | None = None,
+    ellipse: OrbitFit | None = None,
+    *,
+    sun: Sequence[float] | np.ndarray | None = None,
+) -> Around:
+    """What surrounds a satellite on its orbit; `sun` is a fixed unit vector in place of the true one."""
+    given = given or Given()
     craft, earth = satellite.model.spacecraft, given.earth
-    around = Around(
-        orbit_for(satellite, session) if ellipse is None else ellipse.orbit,
-        igrf_field(session.epoch.decimal_year()),
-        np.asarray(greenwich_of(given, session.epoch, ellipse)),
+    return Around(
+        orbit,
+        igrf_field(epoch.decimal_year()),
+        np.asarray(greenwich_of(given, epoch, ellipse)),
         np.asarray(earth.rotation_rate_rad_s),
         np.asarray(1e3 * earth.radius_km),
         field_rate=craft.hysteresis_rods is not None,
         pushed=craft.facets is not None,
         sharp=satellite.shadow == "cylinder",
-        fixed_sun=None if given.sun.direction_eci is None else np.asarray(given.sun.direction_eci),
+        fixed_sun=None if sun is None else np.asarray(sun, float),
     )
-    return around, ellipse
 
 
 def _ellipse(satellite: Satellite, session: TableSession, given: Given) -> OrbitFit | None:

@@ -22,6 +22,7 @@ from fitting.outcome.uncertainty import (
     correlations,
     field_angle_sigma,
     promised_saving,
+    propagated,
     scatter_directions,
     undamped_step,
 )
@@ -161,12 +162,8 @@ def _parameters(
     parameters: FreeParameters, seen: Look, share: np.ndarray
 ) -> tuple[tuple[FittedParameter, ...], dict[str, str], dict[str, dict[str, float]]]:
     """Table of all numbers, notes on some, and correlations between the free ones."""
-    cov, unknowns = seen.covariance, parameters.names
-    finite = np.isfinite(np.diagonal(cov))
-    spread = quoted_slopes(parameters, seen.values_jacobian)
-    full = spread[:, finite] @ cov[np.ix_(finite, finite)] @ spread[:, finite].T
-    touched = np.any(np.abs(spread[:, ~finite]) > 0, axis=1)
-    full[touched, touched] = np.inf
+    unknowns = parameters.names
+    full = propagated(quoted_slopes(parameters, seen.values_jacobian), seen.covariance)
     sigma = np.sqrt(np.diagonal(full))
     names = list(quoted_names(parameters))
     dark, notes = without_light(parameters, seen), {}

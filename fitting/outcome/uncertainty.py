@@ -53,6 +53,16 @@ def promised_saving(gradient: np.ndarray, cov: np.ndarray, pressed: np.ndarray) 
     return -0.5 * float(np.asarray(gradient) @ undamped_step(gradient, cov, pressed))
 
 
+def propagated(slopes: np.ndarray, cov: np.ndarray) -> np.ndarray:
+    """[rows rows] covariance of numbers with these slopes [rows unknowns]; inf where an unknown one moves them."""
+    finite = np.isfinite(np.diagonal(cov))
+    found = slopes[:, finite] @ cov[np.ix_(finite, finite)] @ slopes[:, finite].T
+    blind = np.any(np.abs(slopes[:, ~finite]) > 0.0, axis=1)
+    found[blind, :], found[:, blind] = 0.0, 0.0
+    found[blind, blind] = np.inf
+    return found
+
+
 def correlations(names: list[str], cov: np.ndarray, free: set[str]) -> dict[str, dict[str, float]]:
     """Correlation coefficients between free parameters, each pair once, as {name: {later name: value}}."""
     sigma = np.sqrt(np.diagonal(cov))

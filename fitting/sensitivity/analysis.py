@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import jax
 import numpy as np
 
-from fitting.outcome.uncertainty import correlations
+from fitting.outcome.uncertainty import attitude_covariance, correlations
 from fitting.parameters.invisible import PRIORS
 from fitting.parameters.null_space import Direction, unseen_directions
 from fitting.sensitivity.choice import Choice, choose
@@ -70,10 +70,7 @@ class Sensitivity:
     def attitude_sigma_deg(self) -> tuple[np.ndarray, np.ndarray]:
         """[samples] 1-sigma of the attitude, three axes together, from noise and from what is assumed [deg]."""
         found = self.found
-        finite = np.isfinite(np.diagonal(found.noise))
-        T = found.turn_by_free[..., finite]
-        noise = np.einsum("sku,uv,skv->s", T, found.noise[np.ix_(finite, finite)], T, optimize=True)
-        noise[np.any(found.turn_by_free[..., ~finite] != 0.0, axis=(1, 2))] = np.inf
+        noise = np.trace(attitude_covariance(found.turn_by_free, found.noise), axis1=1, axis2=2)
         assumed = (found.turn_by_considered**2).sum(axis=(1, 2))
         return np.degrees(np.sqrt(np.maximum(noise, 0.0))), np.degrees(np.sqrt(assumed))
 

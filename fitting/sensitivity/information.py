@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.outcome.uncertainty import covariance
+from fitting.outcome.uncertainty import covariance, propagated
 from fitting.parameters.names import STATE
 from fitting.parameters.quoted import quoted_names, quoted_slopes, quoted_units
 from fitting.sensitivity.choice import Choice
@@ -132,13 +132,3 @@ def quoted(vantage: Vantage, found: Known) -> Quoted:
         assumed = float(np.sqrt((shift[n] ** 2).sum()))
         rows.append(Row(names[k], units[k], value, float(np.sqrt(noise[n, n])), assumed, prior))
     return Quoted(tuple(rows), slopes, noise + shift @ shift.T, shift)
-
-
-def propagated(slopes: np.ndarray, cov: np.ndarray) -> np.ndarray:
-    """[rows rows] covariance of numbers with these slopes [rows unknowns]; inf where an unknown one moves them."""
-    finite = np.isfinite(np.diagonal(cov))
-    found = slopes[:, finite] @ cov[np.ix_(finite, finite)] @ slopes[:, finite].T
-    blind = np.any(np.abs(slopes[:, ~finite]) > 0.0, axis=1)
-    found[blind, :], found[:, blind] = 0.0, 0.0
-    found[blind, blind] = np.inf
-    return found

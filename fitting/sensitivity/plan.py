@@ -10,22 +10,20 @@ from fitting.measurements.groups import over_columns
 from fitting.measurements.problem import Problem
 from fitting.measurements.sky import Around
 from fitting.sensitivity.vantage import Vantage
-from jaxsat.constants import EARTH_RADIUS_MEAN, EARTH_ROTATION_RATE
-from jaxsat.environment import igrf_field
+from fitting.surroundings import around_of
 from jaxsat.errors import InputError
 from jaxsat.integrators import RK4, step_for
 from jaxsat.satellites import Satellite
 from jaxsat.synthetic.twins import TwinSettings
 from jaxsat.synthetic.twins.source import epoch_of, with_orbit
+from jaxsat.synthetic.twins.twin import start_of
 from jaxsat.telemetry.table.motion import orbital_motion
 from jaxsat.telemetry.table.orbit import MARGIN_S, orbit_over
 from jaxsat.telemetry.table.session import Channel
-from jaxsat.time import Epoch, greenwich_angle
+from jaxsat.time import Epoch
 
 LONGEST_STEP_S, TOLERANCE = 32.0, 2e-4
 """Integration step at most, and its error over the session [rad]: those of the last steps of a fit."""
-DRAWN_RATE = np.radians(1.0)
-"""1-sigma of a rate that nobody gives [rad/s], as `jaxsat simulate` draws it."""
 FASTER = 1.25
 """Times the rate at the start, beyond which the motion on the way wants shorter steps."""
 
@@ -58,7 +56,8 @@ def vantage_of_plan(
     if satellite.motion.kind == "orbital":
         given = orbital_motion(around.orbit, start=-MARGIN_S, stop=plan.duration_s + MARGIN_S)
     samples = planned_samples(satellite, plan, epoch, columns or {}, given)
-    attitude, rate = start_of(plan)
+    # As `jaxsat simulate --nominal` draws them.
+    attitude, rate = start_of(plan, np.random.default_rng(plan.seed))
     step = step_of(float(np.linalg.norm(rate)), samples.t)
     found = _along(satellite, samples, around, step, attitude, rate)
     # Torques may have spun it up on the way.
@@ -66,14 +65,6 @@ def vantage_of_plan(
     if given is None and fastest > FASTER * float(np.linalg.norm(rate)) and step_of(fastest, samples.t) < 0.8 * step:
         found = _along(satellite, samples, around, step_of(fastest, samples.t), attitude, rate)
     return found.as_read(found.slopes)
-
-
-def start_of(plan: TwinSettings) -> tuple[np.ndarray, np.ndarray]:
-    """Quaternion and rate [rad/s] at t = 0, given or drawn as `jaxsat simulate --nominal` draws them."""
-    random = np.random.default_rng(plan.seed)
-    attitude, rate = random.standard_normal(4), DRAWN_RATE * random.standard_normal(3)
-    q = attitude if plan.quaternion is None else np.asarray(plan.quaternion, float)
-    return q / np.linalg.norm(q), rate if plan.rate_deg_s is None else np.radians(np.asarray(plan.rate_deg_s, float))
 
 
 def step_of(rate: float, t: np.ndarray, tolerance: float = TOLERANCE) -> float:
@@ -84,18 +75,8 @@ def step_of(rate: float, t: np.ndarray, tolerance: float = TOLERANCE) -> float:
 
 def around_at(satellite: Satellite, epoch: Epoch, duration_s: float, sun: np.ndarray | None = None) -> Around:
     """What surrounds a satellite on its orbit from an instant on."""
-    craft = satellite.model.spacecraft
-    return Around(
-        orbit_over(satellite, epoch, -MARGIN_S, duration_s + MARGIN_S),
-        igrf_field(epoch.decimal_year()),
-        np.asarray(greenwich_angle(epoch)),
-        np.asarray(EARTH_ROTATION_RATE),
-        np.asarray(EARTH_RADIUS_MEAN),
-        field_rate=craft.hysteresis_rods is not None,
-        pushed=craft.facets is not None,
-        sharp=satellite.shadow == "cylinder",
-        fixed_sun=None if sun is None else np.asarray(sun, float),
-    )
+    orbit = orbit_over(satellite, epoch, -MARGIN_S, duration_s + MARGIN_S)
+    return around_of(satellite, orbit, epoch, sun=sun)
 
 
 def planned_samples(

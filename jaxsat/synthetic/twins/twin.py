@@ -190,12 +190,17 @@ def _motion(
     raise InputError(str(error), file=satellite.path) from None
 
 
-def _initial(model: Model, around: Surroundings, settings: TwinSettings, random: np.random.Generator) -> AttitudeState:
+def start_of(settings: TwinSettings, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Quaternion, inertial from body, and rate [rad/s] in body axes at t = 0, given or drawn."""
     # Drawn whether needed or not: an option changes what it says and nothing else.
     attitude, rate = random.standard_normal(4), DRAWN_RATE * random.standard_normal(3)
     q = np.asarray(attitude if settings.quaternion is None else settings.quaternion)
     w = rate if settings.rate_deg_s is None else np.radians(settings.rate_deg_s)
-    q, w = jnp.asarray(q / np.linalg.norm(q)), jnp.asarray(w)
+    return q / np.linalg.norm(q), w
+
+
+def _initial(model: Model, around: Surroundings, settings: TwinSettings, random: np.random.Generator) -> AttitudeState:
+    q, w = (jnp.asarray(each) for each in start_of(settings, random))
     rods = model.spacecraft.hysteresis_rods
     if rods is None:
         return AttitudeState(q, w)
