@@ -37,7 +37,7 @@ def picture(found: dict[str, Any]) -> bytes:
         own, line = [f for f in fits if f["set"] == whole and f["priors"] == width], ("-", "--")[number]
         counts = sorted({f["samples"] for f in own})
         of = [[f for f in own if f["samples"] == count] for count in counts]
-        inside = [np.sqrt(np.mean([f["square"] / max(f["readings"] - f["told"], 1.0) for f in each])) for each in of]
+        inside = [np.sqrt(np.median([f["square"] / max(f["readings"] - f["told"], 1.0) for f in each])) for each in of]
         missed = [np.hypot(1.0, np.median([f["missed"] for f in each])) for each in of]
         promised = [np.hypot(1.0, np.median([f["ahead"] for f in each])) for each in of]
         axes[0, 1].loglog(counts, inside, line, marker="s", color=GREY, markersize=3, linewidth=1.1,
