@@ -3,12 +3,11 @@
 import threading
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from fitting.measurements.abstract import RATE_UNIT
 from fitting.measurements.assembly import Samples, build_problem, usable
 from fitting.measurements.enough import check_sunlit
 from fitting.measurements.problem import Problem
@@ -18,32 +17,30 @@ from fitting.outcome.looking import prepare_look
 from fitting.parameters.free import FreeParameters
 from fitting.settings import FitSettings
 from fitting.solvers.adaptive import panels_of, refine_adaptively
-from fitting.solvers.refine import Refined, candidates, refine
-from fitting.starts.carry import carried_back
+from fitting.solvers.refine import Refined, refine
+from fitting.starts.before import Before
 from fitting.starts.conventions import Convention, conventions, with_axes
-from fitting.starts.growing import FIRST_ARC, Run, grow
-from fitting.starts.guess import Guess, Placed, place
-from fitting.starts.ladder import directed_samples, first_guesses, telling_samples
-from fitting.starts.mounting import with_turns
-from fitting.starts.multi_start import Progress, Starts, compile_solvers, rates_of
-from fitting.starts.sights import Sights, sights_of
-from fitting.starts.silent import Silent, silent_panels
+from fitting.starts.growing import FIRST_ARC, Run
+from fitting.starts.guess import Guess, place
+from fitting.starts.ladder import directed_samples, telling_samples
+from fitting.starts.multi_start import Progress, Starts, compile_solvers
+from fitting.starts.search import Search, seen_rate
+from fitting.starts.sights import sights_of
+from fitting.starts.silent import silent_panels
 from fitting.starts.stretches import longest_stretch
 from jaxsat.errors import InputError
 from jaxsat.integrators import RK4, step_for
-from jaxsat.math.on_host import angles_between
 from jaxsat.satellites.model import Model
 
 COARSE_TOLERANCE, FINE_TOLERANCE = 4e-2, 2e-4
 """Integration error over the session allowed while arcs grow and at the end [rad]."""
 
 
-HARDER = 3
-"""Times as many starts, of as many more steps, where the first arc is explained and the data are not."""
+HARDER, SHORTER = 3, 0.1
+"""Times as many starts, of as many more steps, where the first arc is explained and the data are not; and the share of
+the error allowed while arcs grow."""
 MUCH_SHORTER, LEAST = 0.8, 0.1
 """Share of the step that was taken, below which one that the found motion needs is worth another round; the least."""
-MOST_GIVEN = 8
-"""Conventions of axes that are refined along a motion that is given."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +130,16 @@ def identify(
     use = usable(coarse, part)
     use[fitted - begin :] = 0.0
     silent, seen = silent_panels(seeing, model, parameters), directed_samples(sights)
-    search = _Search(coarse, seeing, silent, seen[seen >= begin] - begin, use, fastest, parameters, settings, progress)
+    search = Search(coarse, seeing, silent, seen[seen >= begin] - begin, use, fastest, parameters, settings, progress)
+
+    def before(convention: Convention) -> Before:
+        def problem_from(number: int) -> Problem:
+            return with_axes(build(samples.part(slice(number, None)), max_step=step), convention)
+
+        whole = problem_from(0)
+        weight = usable(whole, samples)
+        weight[fitted:] = 0.0
+        return Before(samples, whole.model, around, parameters, problem_from, weight, seen, fitted - 1)
 
     def minima(starts: Sequence[tuple[Convention, Starts]], longest: float) -> list[Minimum]:
         fine = build(samples, max_step=longest, room_for=min(longest, finest))
@@ -152,11 +158,7 @@ def identify(
         longest = max(min(step, fine_step), finest)
         starts = [(run.convention, run.starts) for run in runs]
         if begin > 0:
-            back = [with_axes(first, run.convention).model for run in runs]
-            starts = [
-                (each, carried_back(own, parameters, samples, begin, craft, around, fine_step))
-                for (each, own), craft in zip(starts, back, strict=True)
-            ]
+            starts = [(each, before(each).carried(own, begin, fine_step)) for each, own in starts]
         found = minima(starts, longest)
         # A motion may become faster than its start was; one that explains nothing may be of any speed.
         likely = [minimum for minimum in found if not minimum.refined.hopeless[0]]
@@ -178,74 +180,20 @@ def identify(
         runs, begun = search.along_given(found) if samples.given is not None else search.blind(found)
     best = best_of(runs)
     if begun and all(minimum.refined.hopeless[0] for minimum in best):
-        # The model may be wrong; or the way from the first arc to the last is narrow, and too few starts were on it.
-        best += best_of(search.blind(found, HARDER)[0])
+        # The model may be wrong; or a nearly chaotic motion needs shorter steps than its rate tells; or the way from
+        # the first arc to the last is narrow, and too few starts were on it.
+        shorter = max(min(step, step_for(RK4, fastest, span, SHORTER * COARSE_TOLERANCE)), finest)
+        search = replace(search, problem=build(part, max_step=shorter))
+        for effort in (1, HARDER) if shorter < MUCH_SHORTER * step else (HARDER,):
+            again = best_of(search.blind(found, effort)[0])
+            best += again
+            if not all(minimum.refined.hopeless[0] for minimum in again):
+                break
     if not best:
         raise InputError("no start survives: the nominal satellite or the noise is out of all range")
     best.sort(key=lambda minimum: minimum.refined.score[0])
     timing = {"prepare": tabulated - began, "compile": compiled - tabulated, "solve": time.perf_counter() - compiled}
     return Identified(tuple(best), samples, parameters, fitted, finest, timing)
-
-
-@dataclass(frozen=True)
-class _Search:
-    """From first guesses to motions that explain the whole of what is fitted, on a coarse grid."""
-
-    problem: Problem
-    seeing: Samples
-    """Those that are fitted, from the problem's first one on."""
-    silent: Silent
-    seen: np.ndarray
-    """Numbers of the samples that see something."""
-    use: np.ndarray
-    """[samples channels] weight of the measurements."""
-    fastest: float
-    """[rad/s]"""
-    parameters: FreeParameters
-    settings: FitSettings
-    progress: Progress
-
-    def blind(self, found: list[Convention], effort: int = 1) -> tuple[list[Run], bool]:
-        """Motions under each convention of axes, and whether one of them explained the first arc."""
-        runs = [self._started(each, self.settings.starts * effort, effort - 1) for each in found]
-        return runs, self._grown(runs, effort)
-
-    def from_guess(self, found: list[Convention], placed: Placed) -> list[Run]:
-        """Motions near a guess at the first sample, under each convention of axes."""
-        rng = np.random.default_rng(self.settings.seed)
-        starts = placed.starts(self.parameters, rng)
-        runs = [Run(each, with_axes(self.problem, each), starts) for each in found]
-        self._grown(runs)
-        return runs
-
-    def along_given(self, found: list[Convention]) -> tuple[list[Run], bool]:
-        """The likeliest conventions along the motion that is given, sensors mounted as they see it."""
-        runs = [self._started(each, 1, 0) for each in found[:MOST_GIVEN]]
-        for run in runs:
-            run.starts = with_turns(run.starts, run.problem, self.seeing, self.parameters)
-        return runs, False
-
-    def spin(self, run: Run) -> float:
-        """Fastest of the survivors of a run as they begin, and of the best one on its way [rad/s]."""
-        starts, last = run.starts, len(self.seeing.t) - 1
-        begin = RATE_UNIT * np.linalg.norm(starts.x[candidates(starts.cost), 3:6], axis=1)
-        onward = rates_of(run.problem, self.parameters, last, starts.take(np.array([0])), self.use)
-        return float(max(begin.max(), onward.max()))
-
-    def _grown(self, runs: list[Run], effort: int = 1) -> bool:
-        last = len(self.seeing.t) - 1
-        return grow(runs, self.seen, last, self.parameters, self.use, self.progress, effort=effort)
-
-    def _started(self, convention: Convention, count: int, seed: int) -> Run:
-        problem = with_axes(self.problem, convention)
-        rng = np.random.default_rng([self.settings.seed, seed])
-        guesses = first_guesses(sights_of(problem, self.seeing), 0, count, self.fastest, rng)
-        starts = guesses.starts(np.zeros(len(self.parameters.everything)))
-        if self.silent.panels:
-            sights = sights_of(problem, self.silent.left_out(self.seeing))
-            guesses = first_guesses(sights, 0, count, self.fastest, rng)
-            starts = starts.followed_by(guesses.starts(self.silent.unknowns(self.parameters)))
-        return Run(convention, problem, starts)
 
 
 def _refined(problem, parameters, starts, weight, around, settings, progress) -> Refined:
@@ -255,21 +203,6 @@ def _refined(problem, parameters, starts, weight, around, settings, progress) ->
         return refine_adaptively(problem, parameters, starts, weight, settings.adaptive, radius, progress)
     how = {"likelihood": settings.likelihood, "solver": settings.solver}
     return refine(problem, parameters, starts, weight, **how, progress=progress)
-
-
-def seen_rate(sights: Sights) -> float:
-    """A rate that the satellite is not much faster than, as far as gyroscope or finite turns show it [rad/s]."""
-    known = np.isfinite(sights.rate).all(axis=1)
-    if known.any():
-        return 1.3 * float(np.quantile(np.linalg.norm(sights.rate[known], axis=1), 0.9))
-    fastest = 0.0
-    for directions in sights.directions:
-        good = np.flatnonzero(np.isfinite(directions.body).all(axis=1))
-        if len(good) > 3:
-            angle = angles_between(directions.body[good[1:]], directions.body[good[:-1]])
-            # A direction that turns with the body at less than its whole rate: the axis may lie near it.
-            fastest = max(fastest, 1.3 * float(np.quantile(angle / np.diff(sights.t[good]), 0.8)))
-    return fastest
 
 
 def _spins(found: list[Minimum], fitted: int) -> list[float]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from fitting.doctor.score import Score
 from fitting.doctor.trial import EXPLAINED
-from fitting.identify import Identified, seen_rate
+from fitting.identify import Identified
 from fitting.measurements.assembly import Samples, build_problem, usable
 from fitting.measurements.floor import NO_FLOOR
 from fitting.measurements.groups import columns_of, over_columns
@@ -25,6 +25,7 @@ from fitting.parameters.names import STATE
 from fitting.settings import FitSettings
 from fitting.solvers.refine import Refined, refine
 from fitting.starts.multi_start import CHUNK, Starts
+from fitting.starts.search import seen_rate
 from fitting.starts.sights import sights_of
 from jaxsat.given import Given
 from jaxsat.integrators import RK4, step_for

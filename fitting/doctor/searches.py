@@ -64,7 +64,7 @@ def searched(
     run = Run(Convention({}, 0.0), problem, guesses.starts(np.zeros(len(parameters.everything))))
     seen = directed_samples(sights)
     try:
-        grow([run], seen[seen <= last - begin], last - begin, parameters, use)
+        grow([run], seen[seen <= last - begin], last - begin, parameters, use, patient=False)
     except InputError:
         return None
     if begin:

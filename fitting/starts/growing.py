@@ -6,6 +6,7 @@ import numpy as np
 
 from fitting.measurements.problem import Problem
 from fitting.parameters.free import FreeParameters
+from fitting.starts.cloud import ROBUST_SCALE, STRANGE, grown_slowly
 from fitting.starts.conventions import MOST, Convention
 from fitting.starts.multi_start import HOPELESS, NONE, Progress, Stage, Starts, advance, distinct
 from jaxsat.errors import InputError
@@ -15,9 +16,6 @@ FIRST_ARC, ARC_GROWTH, ARC_ITERATIONS = 7, 1.57, 8
 """Telling samples of the first arc, how much longer each next one is, and the solver's steps on each."""
 KEEP = (48, 32, 24, 16, 12, 8)
 """Starts that enter the second, third, ... arc; half of them of each convention where several are tried."""
-ROBUST_SCALE = 5.0
-STRANGE = 15.0
-"""Cost of an arc for each of its samples that see something, above which not all of them are of one motion."""
 TAIL = 6.0
 """Degrees of freedom of Student's distribution from there on: a limited current pulls at the motion no more."""
 
@@ -41,12 +39,14 @@ def grow(
     progress: Progress = lambda *_: None,
     *,
     effort: int = 1,
+    patient: bool = True,
 ) -> bool:
     """Moves the starts on ever longer arcs, in place; those and conventions that are far worse than the best are gone.
 
     `seen` are the numbers of the samples that see something, `last` that of the last sample; `use` [samples channels]
     is the weight of the measurements; of `effort` times as many starts as usual as many more are kept, and take as many
-    more steps. Returns whether a motion explains the first arc. Raises `InputError` where no start has a finite cost.
+    more steps. A `patient` search grows more slowly where an arc is lost. Returns whether a motion explains the first
+    arc. Raises `InputError` where no start has a finite cost.
     """
     stages, tail, begun = arcs(seen, last, parameters, effort), NONE, True
     for number, stage in enumerate(stages):
@@ -55,6 +55,9 @@ def grow(
         _move(runs, kept, replace(stage, tail=tail), parameters, use)
         inside = int(np.searchsorted(seen, stage.last_sample, side="right"))
         strange = number > 0 and min(_least_cost(run) for run in runs) > STRANGE * inside
+        if strange and number > 1 and tail == NONE and patient:
+            arc = (stages[number - 1].last_sample, stage.last_sample)
+            strange = not _move_slowly(runs, kept, arc, seen, parameters, use)
         if number == 1:
             begun = not strange
         elif strange and tail == NONE:
@@ -88,6 +91,23 @@ def _move(runs: list[Run], starts: list[Starts], stage: Stage, parameters: FreeP
     for run, own in zip(runs, starts, strict=True):
         moved = advance(run.problem, parameters, stage, own, use)
         run.starts = moved.take(distinct(moved, attitude=2e-3, rate=2e-3))
+
+
+def _move_slowly(
+    runs: list[Run],
+    starts: list[Starts],
+    arc: tuple[int, int],
+    seen: np.ndarray,
+    parameters: FreeParameters,
+    use: np.ndarray,
+) -> bool:
+    """Moves the starts from one arc to the next in small steps; whether some motion then explains it, else nothing."""
+    moved = False
+    for run, own in zip(runs, starts, strict=True):
+        found = grown_slowly(run.problem, parameters, own, arc, seen, use) if len(own.cost) else None
+        if found is not None:
+            run.starts, moved = found, True
+    return moved
 
 
 def _least_cost(run: Run) -> float:

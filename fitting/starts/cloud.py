@@ -1,0 +1,89 @@
+"""Motions that an arc of the data does not tell from the one found: what comes after a gap picks the right one.
+
+Over the Earth's shadow a rate that is known to some thousandths of a degree a second turns into an angle beyond every
+basin, and a nearly chaotic motion forgets faster still. A few starts then end in wrong minima, in which they stay; of
+many that are drawn from the covariance of the fit so far, some are right on the first samples behind the gap.
+"""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from fitting.measurements.problem import Problem
+from fitting.outcome.uncertainty import at_bound, covariance
+from fitting.parameters.free import FreeParameters
+from fitting.starts.multi_start import NONE, Stage, Starts, advance, distinct, solve
+
+CLOUD = 64
+"""Motions drawn about the best one."""
+FEW = 4
+"""Samples by which an arc grows behind a gap, twice as many each time."""
+KEPT, STEPS = 8, 8
+"""Motions that are left of a cloud, and the solver's steps for it."""
+ROBUST_SCALE = 5.0
+STRANGE = 15.0
+"""Cost of an arc for each of its samples that see something, above which not all of them are of one motion."""
+
+
+def cloud(
+    problem: Problem, parameters: FreeParameters, last: int, starts: Starts, use: np.ndarray, rng: np.random.Generator
+) -> Starts:
+    """Motions as good as the best of these on the arc up to sample `last`, by its covariance there, and these.
+
+    `use` [samples channels] is the weight of the measurements.
+    """
+    best = starts.take(np.array([0]))
+    stage = Stage(last, 1, STEPS, NONE, parameters.everything)
+    point = solve(problem, parameters, stage, best.x, best.reference, use)
+    x, gradient, information = (np.asarray(leaf)[0] for leaf in (point.x, point.gradient, point.hessian))
+    bounds = parameters.bounds()
+    pressed = at_bound(x, gradient, bounds)
+    cov = covariance(information, ~pressed & parameters.everything)
+    # What nothing tells, not even a prior, stays.
+    known = np.isfinite(np.diagonal(cov))
+    values, vectors = np.linalg.eigh(np.where(np.outer(known, known), cov, 0.0))
+    drawn = x + (rng.normal(size=(CLOUD, len(x))) * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
+    drawn[0] = x
+    attitude = Rotation.from_quat(np.asarray(point.reference)[0], scalar_first=True)
+    attitude = attitude * Rotation.from_rotvec(drawn[:, :3])
+    drawn[:, :3] = 0.0
+    found = Starts(np.clip(drawn, *bounds), attitude.as_quat(scalar_first=True), np.zeros(CLOUD))
+    return found.followed_by(starts)
+
+
+def settled(problem: Problem, parameters: FreeParameters, starts: Starts, last: int, use: np.ndarray) -> Starts:
+    """Where starts end on the arc up to sample `last`, the best of them without repetitions."""
+    stage = Stage(last, len(starts.cost), STEPS, ROBUST_SCALE, parameters.everything)
+    moved = advance(problem, parameters, stage, starts, use)
+    return moved.take(distinct(moved, attitude=2e-3, rate=2e-3)[:KEPT])
+
+
+def strange(starts: Starts, count: int) -> bool:
+    """Whether none of the starts, best first, explains an arc with so many samples that see something."""
+    return len(starts.cost) == 0 or float(starts.cost[0]) > STRANGE * count
+
+
+def grown_slowly(
+    problem: Problem,
+    parameters: FreeParameters,
+    starts: Starts,
+    arc: tuple[int, int],
+    seen: np.ndarray,
+    use: np.ndarray,
+) -> Starts | None:
+    """Starts of the arc up to the first sample of `arc` on that up to the second; None where no motion explains it.
+
+    The starts are best first, before and after. `seen` are the numbers of the samples that see something.
+    """
+    first, last = arc
+    rng = np.random.default_rng(last)
+    count, whole = (int(np.searchsorted(seen, sample, side="right")) for sample in arc)
+    more = FEW
+    while count < whole:
+        around = cloud(problem, parameters, first, starts, use, rng)
+        count = count + more if count + 1.5 * more < whole else whole
+        first = int(seen[count - 1]) if count < whole else last
+        starts = settled(problem, parameters, around, first, use)
+        if strange(starts, count):
+            return None
+        more *= 2
+    return starts
