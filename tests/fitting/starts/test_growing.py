@@ -30,7 +30,7 @@ def test_once_an_arc_holds_what_no_motion_makes_outliers_pull_no_more(monkeypatc
     x[:, 3] = [0.0, 0.1, 0.2]
     problem = object.__new__(Problem)
     run = Run(Convention({}, 0.0), problem, Starts(x, np.tile([1.0, 0.0, 0.0, 0.0], (3, 1)), np.zeros(3)))
-    grow([run], np.arange(40), 39, parameters, np.ones((40, 1)))
+    grow([run], np.arange(40), 39, parameters, np.ones((40, 1)), patient=False)
     ends = [6, 6, 10, 16, 26, 39]
     assert [last for last, _, _ in calls] == [*ends[:5], 26, 39]
     assert [tail for _, tail, _ in calls] == [NONE] * 5 + [TAIL] * 2
