@@ -51,6 +51,12 @@ class Minimum:
     problem: Problem
     refined: Refined
 
+    @property
+    def starts(self) -> Starts:
+        """Where a refinement of it goes on."""
+        points = self.refined.points
+        return Starts(np.array(points.x), np.array(points.reference), self.refined.score)
+
 
 @dataclass(frozen=True)
 class Identified:
@@ -141,36 +147,29 @@ def identify(
         weight[fitted:] = 0.0
         return Before(samples, whole.model, around, parameters, problem_from, weight, seen, fitted - 1)
 
-    def minima(starts: Sequence[tuple[Convention, Starts]], longest: float) -> list[Minimum]:
-        fine = build(samples, max_step=longest, room_for=min(longest, finest))
-        weight = usable(fine, samples)
+    def minimum(convention: Convention, problem: Problem, starts: Starts, hasty: bool = False) -> Minimum:
+        weight = usable(problem, samples)
         weight[fitted:] = 0.0
-        found = [
-            Minimum(each, problem, _refined(problem, parameters, own, weight, around, settings, progress))
-            for each, own in starts
-            if len(own.cost)
-            for problem in [with_axes(fine, each)]
-        ]
-        return [minimum for minimum in found if len(minimum.refined.score)]
+        how = (around, settings, progress, hasty)
+        return Minimum(convention, problem, _refined(problem, parameters, starts, weight, *how))
 
-    def best_of(runs: list[Run]) -> list[Minimum]:
+    def minima(starts: Sequence[tuple[Convention, Starts]], longest: float, hasty: bool = False) -> list[Minimum]:
+        fine = build(samples, max_step=longest, room_for=min(longest, finest))
+        found = [minimum(each, with_axes(fine, each), own, hasty) for each, own in starts if len(own.cost)]
+        return [one for one in found if len(one.refined.score)]
+
+    def best_of(runs: list[Run], hasty: bool) -> list[Minimum]:
         fine_step = _fine_step([search.spin(run) for run in runs], settings.step_s, whole_span)
         longest = max(min(step, fine_step), finest)
         starts = [(run.convention, run.starts) for run in runs]
         if begin > 0:
             starts = [(each, before(each).carried(own, begin, fine_step)) for each, own in starts]
-        found = minima(starts, longest)
+        found = minima(starts, longest, hasty)
         # A motion may become faster than its start was; one that explains nothing may be of any speed.
-        likely = [minimum for minimum in found if not minimum.refined.hopeless[0]]
+        likely = [one for one in found if not one.refined.hopeless[0]]
         needed = _fine_step(_spins(likely, fitted), settings.step_s, whole_span) if samples.given is None else longest
         if likely and needed < MUCH_SHORTER * longest:
-            again = [
-                (
-                    m.convention,
-                    Starts(np.array(m.refined.points.x), np.array(m.refined.points.reference), m.refined.score),
-                )
-                for m in likely
-            ]
+            again = [(one.convention, one.starts) for one in likely]
             found = minima(again, max(needed, LEAST * longest))
         return found
 
@@ -178,31 +177,39 @@ def identify(
         runs, begun = search.from_guess(found, placed), False
     else:
         runs, begun = search.along_given(found) if samples.given is not None else search.blind(found)
-    best = best_of(runs)
-    if begun and all(minimum.refined.hopeless[0] for minimum in best):
+    best = best_of(runs, hasty=begun)
+    if begun and _hopeless(best):
         # The model may be wrong; or a nearly chaotic motion needs shorter steps than its rate tells; or the way from
         # the first arc to the last is narrow, and too few starts were on it.
         shorter = max(min(step, step_for(RK4, fastest, span, SHORTER * COARSE_TOLERANCE)), finest)
         search = replace(search, problem=build(part, max_step=shorter))
         for effort in (1, HARDER) if shorter < MUCH_SHORTER * step else (HARDER,):
-            again = best_of(search.blind(found, effort)[0])
+            again = best_of(search.blind(found, effort)[0], hasty=True)
             best += again
-            if not all(minimum.refined.hopeless[0] for minimum in again):
+            if not _hopeless(again):
                 break
+    best.sort(key=lambda one: one.refined.score[0])
+    if begun and best and _hopeless(best):
+        best[0] = minimum(best[0].convention, best[0].problem, best[0].starts.take(np.array([0])))
     if not best:
         raise InputError("no start survives: the nominal satellite or the noise is out of all range")
-    best.sort(key=lambda minimum: minimum.refined.score[0])
+    best.sort(key=lambda one: one.refined.score[0])
     timing = {"prepare": tabulated - began, "compile": compiled - tabulated, "solve": time.perf_counter() - compiled}
     return Identified(tuple(best), samples, parameters, fitted, finest, timing)
 
 
-def _refined(problem, parameters, starts, weight, around, settings, progress) -> Refined:
+def _refined(problem, parameters, starts, weight, around, settings, progress, hasty) -> Refined:
     """The last steps by the likelihood, or by the rules of adaptive weights."""
     if settings.adaptive.on:
         radius = float(np.asarray(around.earth_radius))
         return refine_adaptively(problem, parameters, starts, weight, settings.adaptive, radius, progress)
-    how = {"likelihood": settings.likelihood, "solver": settings.solver}
+    how = {"likelihood": settings.likelihood, "solver": settings.solver, "hasty": hasty}
     return refine(problem, parameters, starts, weight, **how, progress=progress)
+
+
+def _hopeless(found: list[Minimum]) -> bool:
+    """Whether none of them explains the data."""
+    return all(one.refined.hopeless[0] for one in found)
 
 
 def _spins(found: list[Minimum], fitted: int) -> list[float]:

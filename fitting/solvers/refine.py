@@ -87,6 +87,7 @@ def refine(
     progress: Progress,
     solver: str = Stage.solver,
     patience: int = MORE_ROUNDS,
+    hasty: bool = False,
 ) -> Refined:
     """Refines the best survivors on the problem's own grid, and ranks the minima by one truncated cost.
 
@@ -94,7 +95,8 @@ def refine(
 
     `weight` [samples channels] is that of the measurements; `likelihood`, one of `LIKELIHOODS`, is that of the
     currents: a sample whose currents are left out keeps its limb angles; `solver` is one of `chunk.EVALUATIONS`;
-    `patience` the rounds more, at most, for what is not at its minimum.
+    `patience` the rounds more, at most, for what is not at its minimum. Where `hasty`, there is one if none of the
+    minima explains the data, and nothing else: the search goes on otherwise.
     """
     chosen = survivors.take(candidates(survivors.cost))
     count = len(chosen.cost)
@@ -108,10 +110,10 @@ def refine(
         progress("refining", number, rounds)
         return solve(problem, parameters, stage, x, reference, weight)
 
-    def settle(points: Point, number: int, stage: Stage, weight: np.ndarray) -> Point:
+    def settle(points: Point, number: int, stage: Stage, weight: np.ndarray, rounds_more: int = patience) -> Point:
         # The other solvers, which are there to compare, take ten times as long.
         own, stuck = solver == Stage.solver, False
-        for _ in range(patience if own else 1):
+        for _ in range(rounds_more if own else 1):
             left, promised, _ = _unsettled(points, parameters)
             if len(left) == 0:
                 break
@@ -135,27 +137,36 @@ def refine(
             points = jax.tree.map(lambda old, new, left=left: _replaced(old, left, new), points, again)
         return points
 
-    stage = Stage(last, count, 12, ROBUST_SCALE, everything, solver=solver)
-    # To the end: what is still on its way must not choose which samples are left out.
-    points = settle(run(0, stage, chosen.x, chosen.reference, weight), 0, stage, weight)
     groups = problem.groups
     limits = np.array([group.limit for group in groups])
     used = of_groups(weight, groups) > 0
     bright = used & problem.telling()
-    limited, hopeless = np.zeros(used.shape, bool), np.zeros(count, bool)
-    for number, share in enumerate(shares, start=1):
+    trims = shares[-1].leave_out
+
+    def inexplicable(points: Point) -> np.ndarray:
+        return (_sample_squares(points, weight, groups) > limits) & used
+
+    stage = Stage(last, count, 12, ROBUST_SCALE, everything, solver=solver)
+    points = run(0, stage, chosen.x, chosen.reference, weight)
+    lost = hasty and trims and _too_many(inexplicable(points), bright).all()
+    # To the end: what is still on its way must not choose which samples are left out.
+    points = settle(points, 0, stage, weight, 1 if lost else patience)
+    hopeless = _too_many(inexplicable(points), bright) if trims else np.zeros(count, bool)
+    limited, kept, lost = np.zeros(used.shape, bool), weight, hasty and hopeless.all()
+    for number, share in enumerate(() if lost else shares, start=1):
         if share.leave_out:
-            limited = (_sample_squares(points, weight, groups) > limits) & used
+            limited = inexplicable(points)
             hopeless = _too_many(limited, bright)
             limited &= ~hopeless[:, None, None]
         stage = Stage(last, count, 15, PLAIN, everything, share.tail, share.ceiling, solver=solver)
         kept = np.where(over_columns(limited, groups), 0.0, weight)
         points = run(number, stage, np.asarray(points.x), np.asarray(points.reference), kept)
     longer = replace(stage, iterations=MORE_STEPS) if solver == Stage.solver else stage
-    points = settle(points, rounds - 1, stage if hopeless.all() else longer, kept)
-    for _ in range(TAKEN_BACK if shares[-1].leave_out else 0):
+    if not lost:
+        points = settle(points, rounds - 1, stage if hopeless.all() else longer, kept)
+    for _ in range(TAKEN_BACK if trims and not lost else 0):
         # What more rounds have brought to explain the samples is not hopeless any more, and leaves out what is left.
-        outlying = (_sample_squares(points, weight, groups) > limits) & used
+        outlying = inexplicable(points)
         cured = hopeless & ~_too_many(outlying, bright)
         hopeless &= ~cured
         # And what was left out on the way, where the motion was not yet that of the data, may be explained by it.
