@@ -11,7 +11,7 @@ from jaxsat import numerics
 from jaxsat.cli.sweep.defaults import CASES, SEED
 from jaxsat.cli.sweep.scenarios import SCENARIOS, address_of
 from jaxsat.errors import InputError
-from jaxsat.sweep import Scenario, Source, SweepPlan, read_plan
+from jaxsat.sweep import CodeError, Scenario, Source, SweepPlan, read_plan
 from jaxsat.versions import LAST_DIGITS, versions
 
 PREPARE = "jaxsat.numerics:set_up_jax"
@@ -48,9 +48,11 @@ class Request:
         try:
             source = Source.of(address_of(self.scenario), given, prepare=PREPARE)
             made = source.scenario()
+        except CodeError:
+            raise
         except InputError as error:
             raise CycloptsError(msg=str(error)) from None
         seed = self.seed if self.seed is not None else stored.seed if stored else SEED
         cases = self.cases if self.cases is not None else stored.cases if stored else CASES
-        plan = SweepPlan(made.name, seed, dict(source.options), made.chunk, cases, versions(LAST_DIGITS))
+        plan = SweepPlan(made.name, seed, dict(source.options), made.chunk, cases, versions(LAST_DIGITS), source.code)
         return source, made, plan
