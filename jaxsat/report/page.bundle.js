@@ -1,4 +1,4 @@
-/* sources sha256 c1edf70afa4cb8a26383e3f254b489b684b6ed0c1143bba0d3c381109bb17a83
+/* sources sha256 0fb05e2216389eb2850efca25b1f98c868f0e5d8ace66899e54f7495ecb6d490
 
 page.bundle.js holds the script of jaxsat's reports (licence of jaxsat, in page/) and parts of two packages.
 The land's outline in it is that of Natural Earth, 1:110m, public domain.

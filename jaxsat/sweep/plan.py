@@ -24,7 +24,7 @@ _KEYS = 2**32
 """Seeds and case numbers that random keys tell apart."""
 PLAN, CHUNKS = "sweep.json", "chunks"
 LOCK = f"{CHUNKS}/.lock"
-MERGED = ("cases.parquet", "distributions.png", "summary.json")
+MERGED = ("cases.parquet", "distributions.png", "sweep.html", "summary.json")
 """What merging writes, the last one last."""
 
 

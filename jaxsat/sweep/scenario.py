@@ -147,7 +147,8 @@ class Factory:
     """As those of its scenarios, for the list of all."""
 
     def __call__(self, given: Mapping[str, str]) -> Scenario:
-        return replace(self.build(self.filled(given)), assumptions=self.assumptions)
+        made = self.build(self.filled(given))
+        return replace(made, assumptions=self.assumptions) if self.assumptions else made
 
     def filled(self, given: Mapping[str, str]) -> dict[str, str]:
         """All options in the order of their declaration; `InputError` for one that is not declared."""

@@ -129,7 +129,8 @@ def sweep(
 ) -> int:
     """Run many random cases of a scenario and sum them up.
 
-    Writes cases.parquet (one row a case), summary.json and distributions.png.
+    Writes cases.parquet (one row a case), summary.json, distributions.png and
+    sweep.html, a page to look at.
     Finished chunks of cases are kept in DIR/chunks: whatever stops a sweep,
     --resume finishes it. Case K of a seed is the same case in every sweep.
 
@@ -171,7 +172,7 @@ def sweep(
         if case is not None:
             return write_case(made, plan, out, case, talk)
         part = _shard(shard) if shard else (1, 1)
-        run = SweepRun(source, made, plan, out, part, engine, workers, scheduler, request.resuming)
+        run = SweepRun(source, made, plan, out, part, engine, workers, scheduler, request)
         return run.carry_out(resume=resume, imported=imported, began=began, plots=plots, talk=talk)
     except CodeError as error:
         if talk.verbose and error.__cause__ is not None:

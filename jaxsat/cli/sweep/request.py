@@ -35,6 +35,11 @@ class Request:
         """The command that finishes the sweep; all else stands in its directory."""
         return f"jaxsat sweep {shlex.quote(self.scenario)} --out {shlex.quote(str(self.out))} --resume"
 
+    @property
+    def replaying(self) -> tuple[str, ...]:
+        """Words of the command that shows a case of the sweep, whose number comes behind."""
+        return ("jaxsat", "sweep", self.scenario, "--out", str(self.out), "--case")
+
     def resolve(self) -> tuple[Source, Scenario, SweepPlan]:
         """The scenario and the plan; raises `InputError`, or an error of usage for the options."""
         stored = read_plan(self.out) if self.from_stored else None

@@ -26,6 +26,15 @@ METRICS = {
     "final_error_deg": Metric("deg", "at the end"),
     "magnetic_impulse_A_m2_s": Metric("A m2 s", "sum of the three dipoles' sizes over time"),
 }
+ASSUMPTIONS = (
+    "14 October 2018, for which the node of 51 deg gives the paper's angles of the Sun; it begins at the node",
+    "1-sigma of a measurement: 0.02 deg, 0.002 deg/s, 100 nT; filtered by the mean over 16 s",
+    "gains that experiments/emergency_mode/gains.py found: the paper has none",
+    "the torque's sign and the duty test are the paper's corrected ones",
+    "panels of 60 kg and 3 x 5 m, 5 m from the centre of mass; the moments are those at -90 deg",
+    "no solar pressure, air, residual dipole, nor pull of Sun and Moon on the body",
+)
+"""What decides the result and is not in the paper, or is left out."""
 OPTIONS = (
     Option("orbits", "4", "simulated time"),
     Option("limit_deg", "1", "error that counts as settled"),
@@ -194,4 +203,4 @@ def _history(samples) -> History:
     return History(CONTROL_PERIOD_S * np.arange(1, len(error) + 1), columns, charts)
 
 
-make = Factory(_build, OPTIONS)
+make = Factory(_build, OPTIONS, ASSUMPTIONS)

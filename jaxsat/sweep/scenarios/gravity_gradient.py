@@ -22,6 +22,10 @@ METRICS = {
     "final_rate_deg_s": Metric("deg/s", "rate against the orbital frame at the end"),
     "upset_time_s": Metric("s", "when the long axis first passed the horizontal; none in a case that stayed upright"),
 }
+ASSUMPTIONS = (
+    "a rigid body of moments 12, 12.5 and 0.6 kg m2 on a circular orbit of 700 km about a round Earth",
+    "no torque but the gravity gradient: nothing damps it",
+)
 OPTIONS = (
     Option("tilt_deg", "15", "1-sigma of the initial rotation about each body axis"),
     Option("rate_deg_s", "0.04", "1-sigma of the initial rate about each body axis, against the orbital frame"),
@@ -124,7 +128,7 @@ def _history(motion: Motion, case: int) -> History:
     return History(motion.t_s, columns, charts)
 
 
-make = Factory(_build, OPTIONS)
+make = Factory(_build, OPTIONS, ASSUMPTIONS)
 
 
 def motions(seed: int, cases: np.ndarray, *, tilt: float, rate: float, orbits: float) -> Motion:
