@@ -1,4 +1,4 @@
-/* sources sha256 0fb05e2216389eb2850efca25b1f98c868f0e5d8ace66899e54f7495ecb6d490
+/* sources sha256 125ac3b1b049647611ba75b7df1da243083cc4ba8d3deb597b5ffe56c2ad035d
 
 page.bundle.js holds the script of jaxsat's reports (licence of jaxsat, in page/) and parts of two packages.
 The land's outline in it is that of Natural Earth, 1:110m, public domain.

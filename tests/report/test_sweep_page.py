@@ -67,7 +67,8 @@ def page_of(cases, png=None):
 
 
 def data_of(html):
-    return json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', html, re.DOTALL)[1])
+    (found,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', html, re.DOTALL)
+    return json.loads(found)
 
 
 def test_it_says_how_many_of_how_many_and_why():
@@ -135,7 +136,9 @@ def test_the_page_in_a_browser(tmp_path):
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=BROWSER, args=["--headless=new", "--no-sandbox"])
         for width, scheme in ((1400, "light"), (390, "dark")):
-            page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
+            page = browser.new_page(
+                viewport={"width": width, "height": 900}, color_scheme="dark" if scheme == "dark" else "light"
+            )
             page.set_default_timeout(120e3)
             heard = []
             page.on("console", lambda message, heard=heard: heard.append(message.text))

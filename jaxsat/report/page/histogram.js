@@ -11,8 +11,9 @@ export function histogram(outcome) {
   const figure = el(
     "figure",
     { class: "outcome" },
-    el("h3", {}, el("span", {}, title, unit ? el("small", {}, `, ${unit}`) : ""), el("small", {}, notes.join(", "))),
+    el("h3", {}, title, unit ? el("small", {}, `, ${unit}`) : ""),
     el("p", { class: "note" }, meaning),
+    el("small", {}, notes.join(", ")),
   );
   if (!edges.length) return fill(figure, el("p", {}, "No case has it."));
 

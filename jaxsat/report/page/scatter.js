@@ -5,6 +5,8 @@ import { el, svg } from "./dom.js";
 // Of each way to end; the first is success. Told apart by shape as well as by colour.
 export const SHAPES = ["h0", "m-3-3l6 6m0-6l-6 6", "m0-4l4 7h-8z", "m-3-3h6v6h-6z", "m0-4.5l4 4.5l-4 4.5l-4-4.5z", "m-4 0h8m-4-4v8"];
 const REACH = 14;
+// Numbers of so few kinds are spread sideways, or their marks would hide each other.
+const FEW = 12;
 
 export class Scatter {
   constructor(page, choice) {
@@ -90,6 +92,7 @@ export class Scatter {
     if (none) parts.push(`${texts.count(none)} without ${y.title.toLowerCase()} stand above the axis.`);
     const lost = x.data.filter(Number.isNaN).length;
     if (lost) parts.push(`${texts.count(lost)} without ${x.title.toLowerCase()} are not drawn.`);
+    if (x.few) parts.push(`Cases of one ${x.title.toLowerCase()} are spread sideways.`);
     const beyond = [x, y].map((column) => column.data.filter((v) => v < column.span[0] || v > column.span[1]).length);
     if (beyond[0] + beyond[1]) parts.push(`${texts.count(beyond[0] + beyond[1])} beyond the axes stand at their ends.`);
     return parts.join(" ");
@@ -102,7 +105,9 @@ export class Scatter {
     const held = (value, [low, high]) => Math.min(Math.max(value, low), high);
     this.places = page.case.map((_, i) => {
       if (this.off.has(page.status[i]) || Number.isNaN(x.data[i])) return null;
-      const px = paint.x(held(x.data[i], x.span));
+      // A shift of its own for each case, the same at every look.
+      const aside = x.few ? 0.8 * x.few * (((i * 0.618034) % 1) - 0.5) : 0;
+      const px = paint.x(held(x.data[i], x.span) + aside);
       return [px, Number.isNaN(y.data[i]) ? 8 + (i % 7) * 1.5 : paint.y(held(y.data[i], y.span))];
     });
     if (this.axes.y.none) paint.add(svg("text", { class: "tick value", x: this.axes.left - 6, y: 16 }, "none"));
@@ -172,7 +177,10 @@ function range(column) {
   if (column.beyond && column.edges.length) [low, high] = [Math.max(low, column.edges[0]), Math.min(high, column.edges.at(-1))];
   const logarithmic = Boolean(column.logarithmic && low > 0);
   column.span = [low, high];
+  const kinds = [...new Set(known)].sort((a, b) => a - b);
+  // Half the least distance of two kinds.
+  column.few = kinds.length > 1 && kinds.length <= FEW && !logarithmic ? 0.5 * Math.min(...kinds.slice(1).map((v, k) => v - kinds[k])) : 0;
   if (logarithmic) return { low: low / 1.1, high: high * 1.1, logarithmic };
-  const margin = 0.03 * (high - low) || 0.5 * Math.abs(high) || 0.5;
+  const margin = column.few || 0.03 * (high - low) || 0.5 * Math.abs(high) || 0.5;
   return { low: low - margin, high: high + margin, logarithmic };
 }
