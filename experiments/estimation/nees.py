@@ -42,6 +42,7 @@ class Setting:
     """Share of readings that are lost."""
     first_deg: float = 3.0
     first_bias_deg_s: float = 0.05
+    looks_of_update: int = 3
 
 
 RUNS = {"two orbits": Setting(), "first minutes": Setting(looks=20, steps=10)}
@@ -110,7 +111,7 @@ def filtered(setting: Setting, flown: dict[str, np.ndarray]) -> dict[str, np.nda
     from jaxsat.math import quaternion
 
     gyro = GyroErrors(np.radians(setting.gyro_deg_sqrt_h) / 60.0, np.radians(setting.bias_walk_deg_s_sqrt_h) / 60.0)
-    estimator = AttitudeFilter(gyro)
+    estimator = AttitudeFilter(gyro, setting.looks_of_update)
     sigma = jnp.asarray(np.radians([setting.magnetometer_deg, setting.sun_deg]))
     known = jnp.ones(2, bool)
 

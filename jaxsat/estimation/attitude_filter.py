@@ -8,6 +8,7 @@ in body axes, and the error of the bias. Written for one satellite: `jax.vmap` o
 from collections.abc import Sequence
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
@@ -68,6 +69,13 @@ class AttitudeFilter(eqx.Module):
     """Settings of the filter: what the gyro does. How good the other sensors are stands in their readings."""
 
     gyro: GyroErrors
+    looks: int = eqx.field(static=True, default=3)
+    """How often an update looks at the same readings, each time from where the look before has led: one is the extended
+    Kalman filter, more the iterated one, which errors of many degrees at the beginning need."""
+
+    def __check_init__(self):
+        if self.looks < 1:
+            raise ValueError(f"AttitudeFilter: looks must be at least 1, got {self.looks}")
 
     def start(
         self,
@@ -119,7 +127,7 @@ class AttitudeFilter(eqx.Module):
         """The belief `dt` [s] later, by the gyro's reading [rad/s] alone."""
         turning = rate - belief.bias
         transition, added = carried_errors(self.gyro, turning, dt)
-        q = quaternion.normalize(quaternion.multiply(belief.quaternion, quaternion.from_rotation_vector(dt * turning)))
+        q = _turned(belief.quaternion, dt * turning)
         covariance = transition @ belief.covariance @ transition.T + added
         return AttitudeBelief(q, belief.bias, _symmetric(covariance))
 
@@ -129,25 +137,42 @@ class AttitudeFilter(eqx.Module):
         Each tells of the rotation vector d alone: with b a measured direction and p the believed one, b x p is the
         gradient and 1 - p p^T the information, over sigma^2 (QUEST's model of errors, Shuster & Oh 1981). Summed to
         h and L they enter as one reading of d, so that any number of sensors takes one matrix of three by three, with
-        Joseph's form of the covariance. Then the reference turns by d, and with it the axes of the errors (Mueller,
-        Hehn & D'Andrea 2017).
+        Joseph's form of the covariance. Further looks are Gauss-Newton's steps to the most probable d (Bell & Cathey
+        1993). Then the reference turns by d, and with it the axes of the errors (Mueller, Hehn & D'Andrea 2017).
         """
-        gradient, information, square, freedom = _said(belief.quaternion, readings)
         P = belief.covariance
         eye = jnp.eye(3, dtype=P.dtype)
-        gain = P[:, :3] @ inverse_3x3(eye + information @ P[:3, :3])
-        change = gain @ gradient
-        # d' L d less what the update explains.
+        change, axes = jnp.zeros(6, P.dtype), eye
+        for look in range(self.looks):
+            q = _turned(belief.quaternion, change[:3])
+            gradient, information, square, freedom = _said(q, readings)
+            if look:
+                # Told of turns from where it is now; asked for is the rotation vector from the belief.
+                axes = mean_turn(change[:3])
+                gradient, information = axes.T @ gradient, axes.T @ information @ axes
+                shift = information @ change[:3]
+                square = square + (2.0 * gradient + shift) @ change[:3]
+                gradient = gradient + shift
+            gain = P[:, :3] @ inverse_3x3(eye + information @ P[:3, :3])
+            # Or XLA would compute each look anew for every number of the next.
+            gain, gradient, information, square, change = jax.lax.optimization_barrier(
+                (gain, gradient, information, square, gain @ gradient)
+            )
+        # What the innovations are less what the update explains of them.
         surprise = square - gradient @ change[:3]
         kept = jnp.eye(6, dtype=P.dtype) - gain @ jnp.concatenate([information, jnp.zeros_like(eye)], axis=1)
         after = kept @ P @ kept.T + gain @ information @ gain.T
         axes = mean_turn(change[:3])
         turned = jnp.block([[axes, jnp.zeros_like(eye)], [jnp.zeros_like(eye), eye]])
         after = _symmetric(turned @ after @ turned.T)
-        q = quaternion.normalize(quaternion.multiply(belief.quaternion, quaternion.from_rotation_vector(change[:3])))
+        q = _turned(belief.quaternion, change[:3])
         found = AttitudeBelief(q, belief.bias + change[3:], after)
         sigma = jnp.sqrt(jnp.diagonal(after)[:3])
         return found, AttitudeEstimate(q, readings.rate - found.bias, found.bias, sigma, surprise, freedom)
+
+
+def _turned(q, angle):
+    return quaternion.normalize(quaternion.multiply(q, quaternion.from_rotation_vector(angle)))
 
 
 def _said(q, readings):
