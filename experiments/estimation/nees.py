@@ -4,7 +4,8 @@ A satellite on a polar orbit turns at a rate of its own, with a magnetometer (di
 nothing in the Earth's shadow, readings that are lost now and then, and a gyro whose bias walks. What the filter begins
 with is off as its own first covariance says. NEES is the squared error of attitude and bias over the covariance, NIS
 the squared innovations over theirs: of N cases each sums to a chi-square. Nothing of the truth is by `jaxsat`: SciPy
-turns it, NumPy draws it. Two runs: two orbits, and the first minutes closely. Writes JSON and pictures.
+turns it, NumPy draws it. Three runs: two orbits, the first minutes closely,
+and the same from 30 deg off. Writes JSON and pictures.
 
     .venv/bin/python experiments/estimation/nees.py --cases 1000 --out out/nees
 """
@@ -45,7 +46,11 @@ class Setting:
     looks_of_update: int = 3
 
 
-RUNS = {"two orbits": Setting(), "first minutes": Setting(looks=20, steps=10)}
+RUNS = {
+    "two orbits": Setting(),
+    "first minutes": Setting(looks=20, steps=10),
+    "from 30 deg off": Setting(looks=20, steps=10, first_deg=30.0),
+}
 
 
 def truth(setting: Setting, cases: int, seed: int) -> dict[str, np.ndarray]:
