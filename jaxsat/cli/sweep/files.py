@@ -102,16 +102,18 @@ def sweep_summary(content: dict[str, Any], status: np.ndarray, *, whole: bool = 
         ", ",
         (f"{failed} failed", "bold red" if failed else ""),
     )
-    metrics = plain_table("metric", "5 %", "50 %", "95 %", "max", "unit", "of cases", right=(1, 2, 3, 4, 6))
+    some_without = any(m["missing"] for m in content["metrics"].values())
+    # A column that says the same of all would fold the names.
+    more = ("of",) if some_without else ()
+    metrics = plain_table("metric", "5 %", "50 %", "95 %", "max", "unit", *more, right=(1, 2, 3, 4, 6))
     for name, m in content["metrics"].items():
         numbers = (_text(m[key]) for key in ("p05", "p50", "p95", "max"))
-        metrics.add_row(name, *numbers, unit_text(m["unit"]), str(m["of"]))
+        metrics.add_row(name, *numbers, unit_text(m["unit"]), *((str(m["of"]),) if some_without else ()))
         if m["missing"] and "all_cases" in m:
             shown = m["all_cases"]
-            metrics.add_row(
-                "  of all", *(_text(shown[key]) for key in ("p05", "p50", "p95")), "none", "", str(shown["of"])
-            )
-    share = Text(f"succeeded: {share_text(content['success'])} of {count_text(content['success']['of'], 'case')}")
+            metrics.add_row("  of all", *(_text(shown[p]) for p in ("p05", "p50", "p95")), "none", "", str(shown["of"]))
+    of = count_text(content["success"]["of"], "case")
+    share = Text(f"succeeded: {share_text(content['success'])} of {of}")
     parts: list[RenderableType] = [header, share, metrics]
     if failed:
         table = plain_table("failed because", "cases", "which", right=(1,))
@@ -121,6 +123,8 @@ def sweep_summary(content: dict[str, Any], status: np.ndarray, *, whole: bool = 
                 table.add_row(name.replace("_", " "), str(count), spans_text(which, len(which) if whole else SPANS))
         parts.append(table)
     facts = Table.grid(padding=(0, 2))
+    if not some_without:
+        facts.add_row(Text("percentiles", style="dim"), f"of all {of}")
     if content["options"]:
         facts.add_row(Text("options", style="dim"), ", ".join(f"{k} = {v}" for k, v in content["options"].items()))
     for name, m in content["metrics"].items():
