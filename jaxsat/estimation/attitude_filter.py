@@ -81,8 +81,8 @@ class AttitudeFilter(eqx.Module):
         self,
         q_inertial_from_body: Float[ArrayLike, "4"] | Sequence[float],
         *,
-        sigma_rad: float | Float[ArrayLike, "3"] | Float[ArrayLike, "3 3"],
-        bias_sigma_rad_s: float | Float[ArrayLike, "3"],
+        sigma_rad: float | Float[ArrayLike, ""] | Float[ArrayLike, "3"] | Float[ArrayLike, "3 3"],
+        bias_sigma_rad_s: float | Float[ArrayLike, ""] | Float[ArrayLike, "3"],
         bias: Float[ArrayLike, "3"] | Sequence[float] = (0.0, 0.0, 0.0),
     ) -> AttitudeBelief:
         """What is believed at the beginning: an attitude with its 1-sigma about each body axis, or their covariance.
@@ -99,7 +99,7 @@ class AttitudeFilter(eqx.Module):
         return AttitudeBelief(quaternion.normalize(q), float_array(bias), covariance)
 
     def start_from(
-        self, readings: AttitudeReadings, *, bias_sigma_rad_s: float | Float[ArrayLike, "3"]
+        self, readings: AttitudeReadings, *, bias_sigma_rad_s: float | Float[ArrayLike, ""] | Float[ArrayLike, "3"]
     ) -> AttitudeBelief:
         """The beginning by the directions alone (Davenport's q-method), with the covariance of Shuster & Oh (1981).
 
