@@ -1,4 +1,4 @@
-/* sources sha256 125ac3b1b049647611ba75b7df1da243083cc4ba8d3deb597b5ffe56c2ad035d
+/* sources sha256 d1cefbc60016c703488f756b2a043c40689b87e82c4d6f462034ff80c728b987
 
 page.bundle.js holds the script of jaxsat's reports (licence of jaxsat, in page/) and parts of two packages.
 The land's outline in it is that of Natural Earth, 1:110m, public domain.

@@ -186,6 +186,8 @@ def _telling(scenario, status, metrics, column, chosen) -> str | None:
 
     By the correlation of ranks, of the value or of how far it is from the middle; only what is shown at first.
     """
+    if not metrics:
+        return None
     wanted = (status != 0).astype(float) if np.any(status) else column(metrics[0].name)
     wanted = wanted[chosen]
     best, most = None, -1.0

@@ -25,17 +25,18 @@ function start() {
   legend.append(el("li", {}, el("span", { class: "sign dashed" }), "5 and 95 %"), el("li", {}, el("span", { class: "sign" }), "50 %"));
   outcomes.querySelector("h2").after(legend, el("div", { class: "panels outcomes" }, ...page.outcomes.map(histogram)));
 
-  const scatter = new Scatter(page, choice);
-  section("scatter").append(scatter.element, replay(page, choice));
+  // A scenario without outcomes has nothing to be drawn.
+  const scatter = page.outcomes.length ? new Scatter(page, choice) : null;
+  if (scatter) section("scatter").append(scatter.element, replay(page, choice));
   section("failures").append(failures(page, choice), replay(page, choice));
   window.jaxsat = {
     choose: (number) => choice.choose(number),
     state: () => ({
       case: choice.number,
       theme: theme.dark ? "dark" : "light",
-      across: scatter.across.value,
-      up: scatter.up.value,
-      drawn: scatter.places?.filter(Boolean).length,
+      across: scatter?.across.value,
+      up: scatter?.up.value,
+      drawn: scatter?.places?.filter(Boolean).length,
     }),
   };
 }
