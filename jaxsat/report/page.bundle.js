@@ -1,4 +1,4 @@
-/* sources sha256 c1edf70afa4cb8a26383e3f254b489b684b6ed0c1143bba0d3c381109bb17a83
+/* sources sha256 d1cefbc60016c703488f756b2a043c40689b87e82c4d6f462034ff80c728b987
 
 page.bundle.js holds the script of jaxsat's reports (licence of jaxsat, in page/) and parts of two packages.
 The land's outline in it is that of Natural Earth, 1:110m, public domain.
