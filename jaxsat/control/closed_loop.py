@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Int, Key, PyTree
 
-from jaxsat.math.case_scan import scan_cases
+from jaxsat.math.case_scan import Inner, scan_cases
 from jaxsat.math.scalars import elements
 
 Random = Callable[[Key[Array, ""]], Array]
@@ -24,6 +24,13 @@ class ClosedLoop:
     """Shapes of what is `fixed` for one case."""
     random: Random | None = None
     """None where the loop needs no random numbers: `period` then gets None for them."""
+    move: Callable[..., PyTree] | None = None
+    """`move(*fixed, state, node)` returns the state a step on, for a loop whose motion takes several in a period; those
+    of a period come after its `period`."""
+    rows: PyTree = None
+    """What a period is given beside, leaves [periods ...], common to all cases; None for nothing."""
+    nodes: PyTree = None
+    """The same of each step, leaves [periods steps ...]."""
 
 
 def normals(count: int) -> Random:
@@ -43,18 +50,38 @@ def run_cases(
 
     Of `fixed` a leaf may have the cases in front or be common to all.
     """
-    random = loop.random
-    if random is None:
-        return scan_cases(lambda *given: loop.period(*given, None)[0], fixed, loop.like, start, periods)
+    random, rows = loop.random, loop.rows
+    rows_like = () if rows is None else (_one(rows, 1),)
 
     def step(*given):
-        return loop.period(*given)[0]
+        given, row = (given[:-1], given[-1:]) if rows_like else (given, ())
+        return loop.period(*given, *(() if random is not None else (None,)), *row)[0]
 
     def drawn(number):
-        return (elements(jax.vmap(lambda key: random_of(random, key, number))(keys).T, element_rank=1),)
+        numbers = ()
+        if random is not None:
+            numbers = (elements(jax.vmap(lambda key: random_of(random, key, number))(keys).T, element_rank=1),)
+        return (*numbers, *(() if rows is None else (_elements_at(rows, (number,)),)))
 
-    like = jax.eval_shape(random, jax.ShapeDtypeStruct((), keys.dtype))
-    return scan_cases(step, fixed, loop.like, start, periods, drawn=drawn, drawn_like=(like,))
+    like = () if random is None else (jax.eval_shape(random, jax.ShapeDtypeStruct((), keys.dtype)),)
+    inner = None
+    if loop.move is not None:
+        nodes, steps = loop.nodes, jax.tree.leaves(loop.nodes)[0].shape[1]
+        inner = Inner(loop.move, steps, lambda *place: (_elements_at(nodes, place),), (_one(nodes, 2),))
+    several = {} if inner is None else {"inner": inner}
+    if not (like or rows_like):
+        return scan_cases(step, fixed, loop.like, start, periods, **several)
+    return scan_cases(step, fixed, loop.like, start, periods, drawn=drawn, drawn_like=(*like, *rows_like), **several)
+
+
+def _one(table: PyTree, axes: int) -> PyTree:
+    """Shapes of an entry of a table with so many leading axes."""
+    return jax.tree.map(lambda leaf: jax.ShapeDtypeStruct(leaf.shape[axes:], leaf.dtype), table)
+
+
+def _elements_at(table: PyTree, place: tuple[Int[Array, ""], ...]) -> PyTree:
+    """An entry of a table that is common to all cases."""
+    return jax.tree.map(lambda leaf: elements(leaf[place]), table)
 
 
 def run_one(
@@ -76,9 +103,16 @@ def run_one(
     def advance(state, now):
         period, *given = now
         drawn = None if random is None or key is None else random_of(random, key, period)
-        return loop.period(*own, state, drawn, *given)
+        if loop.move is None:
+            return loop.period(*own, state, drawn, *given)
+        *given, nodes = given
+        state, sample = loop.period(*own, state, drawn, *given)
+        return jax.lax.scan(lambda state, node: (move(*own, state, node), None), state, nodes)[0], sample
 
-    return jax.lax.scan(advance, start, (jnp.arange(periods), *given))
+    move = loop.move
+    tables = tuple(table for table in (loop.rows, loop.nodes) if table is not None)
+    tables = jax.tree.map(lambda leaf: leaf[:periods], tables)
+    return jax.lax.scan(advance, start, (jnp.arange(periods), *given, *tables))
 
 
 def case_of(cases: PyTree, like: PyTree, number: int | Int[Array, ""]) -> PyTree:

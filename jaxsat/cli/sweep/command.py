@@ -83,6 +83,14 @@ def sweep(
             validator=_check_options,
         ),
     ] = None,
+    satellite: Annotated[
+        Path | None,
+        Parameter(help="Satellite file (TOML) of the scenarios that take one. [default: a bundled CubeSat of 3 units]"),
+    ] = None,
+    orbit: Annotated[
+        Path | None,
+        Parameter(help="TLE, OMM or OEM in place of the orbit of the satellite file. [default: that of the file]"),
+    ] = None,
     out: Annotated[Path, Parameter(help="Directory for the results.")] = FOLDER,
     resume: Annotated[bool, Parameter(help="Finish the sweep in DIR: run what is missing.", negative=())] = False,
     shard: Annotated[
@@ -143,6 +151,7 @@ def sweep(
     from jaxsat.cli.sweep.run import SweepRun
 
     given = dict(text.split("=", 1) for text in options or ())
+    given |= {name: str(path) for name, path in (("satellite", satellite), ("orbit", orbit)) if path is not None}
     request = Request(scenario, cases, seed, given, out, from_stored=resume or case is not None)
     source, made, plan = request.resolve()
     imported = time.perf_counter() - began
