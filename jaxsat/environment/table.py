@@ -85,9 +85,10 @@ def tabulate_orbit(
 ) -> OrbitTable:
     """Return position and field at `times` [s]; the Greenwich angle [rad] is `greenwich_angle_0` at t = 0.
 
-    On request also the field's rate, which hysteresis rods need; the times themselves (`clock`); density and velocity of the air, for drag; and, for
-    unit vectors `sun_eci` to the Sun at the same times and its distance [m], the pressure of its light, by default
-    with the penumbra of a `ConeShadow`. The options are static: compile with `equinox.filter_jit`.
+    On request also the field's rate, which hysteresis rods need; the times themselves, for torques that follow a
+    schedule (`clock`); density and velocity of the air, for drag; and, for unit vectors `sun_eci` to the Sun at the
+    same times and its distance [m], the pressure of its light, by default with the penumbra of a `ConeShadow`. The
+    options are static: compile with `equinox.filter_jit`.
     """
     if shadow is not None and sun_eci is None:
         raise ValueError("tabulate_orbit: shadow is given without sun_eci, the unit vectors to the Sun at `times`")

@@ -1,4 +1,4 @@
-"""Files among the options of a scenario: a path with a digest of what the file holds, so that a sweep stays one sweep."""
+"""Files among the options of a scenario: a path with a digest of its content, so that a sweep stays one sweep."""
 
 import hashlib
 import re

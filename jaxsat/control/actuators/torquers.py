@@ -1,11 +1,16 @@
 """Magnetorquers about any axes: from a wanted dipole to what each of them is switched to."""
 
+from collections.abc import Sequence
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from jaxsat.math import float_array
+
+Numbers = np.ndarray | Sequence | float | int
+"""One for all, or one each."""
 
 
 class Magnetorquers(eqx.Module):
@@ -21,7 +26,7 @@ class Magnetorquers(eqx.Module):
     """What each takes of a dipole in body axes, the least squares of all."""
 
     @staticmethod
-    def along(axes: np.ndarray, max_dipole: np.ndarray, residual: np.ndarray | float = 0.0) -> "Magnetorquers":
+    def along(axes: Numbers, max_dipole: Numbers, residual: Numbers = 0.0) -> "Magnetorquers":
         """Those along these axes [torquers 3], which are made unit vectors."""
         axes = np.asarray(axes, float)
         axes = axes / np.linalg.norm(axes, axis=1, keepdims=True)

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from jaxsat.control.actuators.torquers import Numbers
 from jaxsat.math import float_array
 
 CREEP = 1.0
@@ -36,13 +37,13 @@ class ReactionWheels(eqx.Module):
 
     @staticmethod
     def along(
-        axes: np.ndarray,
-        inertia: np.ndarray | float,
-        max_torque: np.ndarray | float,
-        max_speed: np.ndarray | float,
+        axes: Numbers,
+        inertia: Numbers,
+        max_torque: Numbers,
+        max_speed: Numbers,
         *,
-        coulomb: np.ndarray | float = 0.0,
-        viscous: np.ndarray | float = 0.0,
+        coulomb: Numbers = 0.0,
+        viscous: Numbers = 0.0,
     ) -> "ReactionWheels":
         """Those about these axes [wheels 3], which are made unit vectors."""
         axes = np.asarray(axes, float)

@@ -1,4 +1,4 @@
-"""Attitudes to point to along an orbit: a body axis at the Sun, the Earth or the stars, another near the orbit's normal.
+"""Attitudes to point to along an orbit: a body axis at Sun, Earth or stars, another near the orbit's normal.
 
 They do not depend on the attitude and are tabulated before anything is simulated.
 """

@@ -75,9 +75,7 @@ class FieldDifference(AbstractController):
         age = memory.age + now.period
         dipole = damping_dipole(self.gain, field, (field - memory.b_field_body) / age)
         dipole = jnp.where(fresh & memory.known, dipole, 0.0)
-        kept = LastField(
-            jnp.where(fresh, field, memory.b_field_body), jnp.where(fresh, 0.0, age), memory.known | fresh
-        )
+        kept = LastField(jnp.where(fresh, field, memory.b_field_body), jnp.where(fresh, 0.0, age), memory.known | fresh)
         return kept, Commands(dipole, jnp.zeros(3))
 
 

@@ -1,7 +1,7 @@
 """What a control law is told: the truth, or the readings as they are. A filter stands in the same place.
 
-An estimator is an object with `start()`, what it remembers before the first period, and `update(memory, readings, now)`,
-which returns the memory and an `Estimate`; both are written for one satellite, in JAX.
+An estimator is an object with `start()`, what it remembers before the first period, and with
+`update(memory, readings, now)`, which returns the memory and an `Estimate`; both are written for one satellite, in JAX.
 """
 
 from abc import abstractmethod

@@ -1,6 +1,5 @@
 """A closed loop of any satellite as one function of plant, estimator, controller and schedule."""
 
-from abc import abstractmethod
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,11 +11,13 @@ from jaxtyping import Array, Float
 from jaxsat.control.actuators import motor_torques, torquer_dipoles
 from jaxsat.control.closed_loop import ClosedLoop
 from jaxsat.control.loops.controllers import AbstractController
-from jaxsat.control.loops.estimators import AbstractEstimator, Estimate, Now
-from jaxsat.control.loops.readings import Channel, Late, Reading, Sight, nothing_yet, numbers_needed, read
+from jaxsat.control.loops.estimators import AbstractEstimator, Now
+from jaxsat.control.loops.readings import Channel, Late, Sight, nothing_yet, numbers_needed, read
+from jaxsat.control.loops.samples import Sample
 from jaxsat.control.loops.schedule import Schedule
-from jaxsat.control.loops.timeline import Instant, Stage, Timeline
+from jaxsat.control.loops.timeline import Stage, Timeline
 from jaxsat.control.loops.vehicle import Motion, Vehicle, motion_rates
+from jaxsat.control.loops.watches import AbstractWatch
 from jaxsat.math import quaternion
 from jaxsat.math.runge_kutta import RK4, runge_kutta_step
 
@@ -28,18 +29,6 @@ class Plant(eqx.Module):
     channels: Mapping[Sight, Channel]
     """Its sensors by what they see."""
     timeline: Timeline
-
-
-class AbstractWatch(eqx.Module):
-    """What is noted of a case on its way, for its metrics."""
-
-    @abstractmethod
-    def start(self) -> Any:
-        """Before the first control period."""
-
-    @abstractmethod
-    def update(self, tally: Any, sample: "Sample", here: Instant) -> Any:
-        """After the decision at the beginning of a control period."""
 
 
 class LoopState(eqx.Module):
@@ -54,18 +43,6 @@ class LoopState(eqx.Module):
     motors: Float[Array, " wheels"] | None
     """Torque of each motor on its wheel [N m]."""
     tally: Any
-
-
-class Sample(eqx.Module):
-    """A control period as a person would plot it: its beginning, and what was commanded then."""
-
-    motion: Motion
-    readings: dict[str, Reading]
-    estimate: Estimate
-    dipoles: Float[Array, " torquers"] | None
-    """[A m^2]"""
-    motors: Float[Array, " wheels"] | None
-    """[N m]"""
 
 
 def loop(

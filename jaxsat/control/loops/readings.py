@@ -152,8 +152,8 @@ def read(
         raw, fresh = one.sensor(view), jnp.asarray(True)
         if name == "sun":
             fresh = here.illumination > LIT
+        raw = _disturbed(name, one, raw, None if random is None else random[taken : taken + count])
         if random is not None:
-            raw = _disturbed(name, one, raw, random[taken : taken + count])
             fresh = fresh & (random[number - len(channels)] >= one.dropout)
         taken += count
         before = late[name]
@@ -167,9 +167,13 @@ def read(
 
 def _disturbed(name: Sight, one: Channel, raw, normal):
     if name == "attitude":
+        if normal is None:
+            return raw
         return quaternion.multiply(raw, quaternion.from_rotation_vector(one.sigma * normal))
-    noisy = raw + one.sigma * normal
-    return stepped(unit(noisy) if name == "sun" and one.size > 2 else noisy, one.quantum)
+    if normal is not None:
+        raw = raw + one.sigma * normal
+        raw = unit(raw) if name == "sun" and one.size > 2 else raw
+    return stepped(raw, one.quantum)
 
 
 def _on_board(name: Sight, one: Channel, raw):

@@ -25,9 +25,7 @@ class Schedule:
 
     def __post_init__(self):
         if not (self.period_s > 0.0 and self.step_s > 0.0):
-            raise ValueError(
-                f"Schedule: period_s and step_s must be above zero, got {self.period_s} and {self.step_s}"
-            )
+            raise ValueError(f"Schedule: period_s and step_s must be above zero, got {self.period_s} and {self.step_s}")
         if not 0.0 < self.duty <= 1.0:
             raise ValueError(f"Schedule: duty must be above 0 and at most 1, got {self.duty}")
         if any(late <= early for (early, _), (late, _) in zip(self.modes, self.modes[1:], strict=False)):

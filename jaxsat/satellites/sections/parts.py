@@ -97,7 +97,7 @@ class Rod(Section):
 class Coil(Section):
     """A coil or a magnetorquer: one whose current a column tells, or one that a control law commands, or both.
 
-    A column's command holds until its next row. What no column tells is off in a fit.
+    A column's command holds until its next row; what no column tells is off in a fit.
     """
 
     axis: Direction
@@ -123,7 +123,10 @@ class Coil(Section):
 
 
 class Wheel(Section):
-    """A wheel whose rate a column tells, or that a control law commands, or both; without a column a fit has it at rest."""
+    """A wheel whose rate a column tells, or that a control law commands, or both.
+
+    Without a column it is at rest in a fit.
+    """
 
     axis: Direction
     """About which it turns with a positive rate."""

@@ -56,19 +56,17 @@ def _group(name: str) -> tuple[str, str]:
 
 def spread_of(satellite: Satellite, sensors: Sequence[str], spread: float) -> Spread:
     """Numbers with a sigma of the satellite itself and of the `sensors` that are used; none where `spread` is zero."""
-    used = tuple(f"sensors.{name}." for name in sensors)
+    used = ("spacecraft.", *(f"sensors.{name}." for name in sensors))
     leaves = tuple(
         leaf
         for leaf in satellite.leaves
-        if spread > 0.0 and leaf.sigma is not None and not leaf.restates and leaf.place.startswith(("spacecraft.", *used))
+        if spread > 0.0 and leaf.sigma is not None and not leaf.restates and leaf.place.startswith(used)
     )
     nominal = nominal_values(satellite.model, [leaf.spot for leaf in leaves])
     return Spread(leaves, nominal, spread * np.array([leaf.sigma for leaf in leaves], float))
 
 
-def drawn_model(
-    spread: Spread, model: Model, keys: Key[Array, " cases"]
-) -> tuple[Model, Float[Array, "cases leaves"]]:
+def drawn_model(spread: Spread, model: Model, keys: Key[Array, " cases"]) -> tuple[Model, Float[Array, "cases leaves"]]:
     """The model with the arrays that differ from case to case over the cases, and the numbers themselves, SI.
 
     Normal about the nominal value and within the bounds of the file.

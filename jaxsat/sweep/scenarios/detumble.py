@@ -26,7 +26,7 @@ METRICS = {
     "magnetic_impulse_A_m2_s": Metric("A m2 s", "sum of the torquers' dipoles over the time they are on"),
     "saturated_share": Metric("1", "control periods in which a torquer was at its largest dipole"),
 }
-CHUNK = 250
+CHUNK = 200
 TOLERANCE_RAD = 1e-6
 """Of the attitude at the end, by the steps of the motion."""
 
@@ -55,18 +55,16 @@ ASSUMPTIONS = (
 @functools.lru_cache(maxsize=4)
 def _program(options: tuple[tuple[str, str], ...]):
     """The loop of the options, and the function of metrics."""
-    import equinox as eqx
     import jax
     import jax.numpy as jnp
-    from jaxtyping import Array, Float
 
     from jaxsat.control.laws import damping_gain
     from jaxsat.control.loops import (
-        AbstractWatch,
         AsRead,
         FieldDifference,
         Perfect,
         RateAcrossField,
+        RateWatch,
         Schedule,
         step_within,
         timeline,
@@ -101,30 +99,6 @@ def _program(options: tuple[tuple[str, str], ...]):
     channels, names = channels_of(satellite, sights, period_s=period, dropout=dropouts)
     schedule = Schedule(period, step, duty)
     torquers = torquers_of(satellite)
-    most = jnp.asarray(torquers.max_dipole)
-
-    class Tally(eqx.Module):
-        above_until: Float[Array, ""]
-        largest: Float[Array, ""]
-        impulse: Float[Array, ""]
-        saturated: Float[Array, ""]
-
-    class Watch(AbstractWatch):
-        def start(self):
-            zero = jnp.zeros(())
-            return Tally(zero, zero, zero, zero)
-
-        def update(self, tally, sample, here):
-            square = jnp.sum(sample.motion.angular_velocity**2)
-            until = jnp.where(square >= limit**2, here.time + period, tally.above_until)
-            size = jnp.abs(sample.dipoles)
-            return Tally(
-                until,
-                jnp.maximum(tally.largest, square),
-                tally.impulse + duty * period * jnp.sum(size),
-                tally.saturated + jnp.where(jnp.any(size >= most), 1.0, 0.0),
-            )
-
     around = functools.cache(
         lambda: timeline(
             flight.surroundings(duration + period), schedule, schedule.periods(duration), pressed=flight.pressed
@@ -140,7 +114,7 @@ def _program(options: tuple[tuple[str, str], ...]):
         estimator=Perfect() if perfect else AsRead(),
         controller=(FieldDifference if law == "difference" else RateAcrossField)(gain),
         schedule=schedule,
-        watch=Watch(),
+        watch=RateWatch(limit, torquers.max_dipole, period, duty),
         start=lambda key: attitude_and_rate(key, tipoff),
         timeline=around,
         noisy=not perfect,
@@ -162,7 +136,6 @@ def _program(options: tuple[tuple[str, str], ...]):
         return {"status": jnp.where(sound, jnp.where(rate < limit, 0, 1), 2), **found}
 
     return cases, metrics
-
 
 
 def _build(options: Mapping[str, str]) -> Scenario:

@@ -1,4 +1,4 @@
-"""Where and when a satellite flies of which no table has to tell: its orbit from another file, and its first instant."""
+"""Where and since when a satellite flies without a table: its orbit from another file, and its first instant."""
 
 import dataclasses
 import math
