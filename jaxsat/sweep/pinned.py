@@ -21,7 +21,7 @@ def pinned(text: str, *, name: str) -> str:
         return text
     found = _PINNED.fullmatch(text)
     path = path_of(text)
-    digest = _digest(path, name)
+    digest = _digest(path)
     if found is not None and found["digest"] != digest:
         raise InputError(f"has changed since the sweep with this --{name} began; take another --out", file=path)
     return f"{path}@{digest}"
@@ -33,19 +33,19 @@ def path_of(text: str) -> Path:
     return Path(found["path"] if found else text)
 
 
-def _digest(path: Path, name: str) -> str:
-    content = _content(path, name)
+def _digest(path: Path) -> str:
+    content = _content(path)
     known = hashlib.sha256(content)
     for other in _files_beside(content):
-        known.update(_content(path.parent / other, name))
+        known.update(_content(path.parent / other))
     return known.hexdigest()[:16]
 
 
-def _content(path: Path, name: str) -> bytes:
+def _content(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=path, field=name) from None
+        raise InputError(f"cannot be read: {error.strerror}", file=path) from None
 
 
 def _files_beside(content: bytes) -> list[str]:

@@ -29,7 +29,7 @@ class Vehicle(eqx.Module):
     """A satellite with its actuators as the equations of motion see it."""
 
     spacecraft: Spacecraft
-    inverse_inertia: Float[Array, "3 3"]
+    inverse_inertia: Float[Array, "*cases 3 3"]
     """Of the inertia without the wheels' own about their axes."""
     torquers: Magnetorquers | None
     wheels: ReactionWheels | None

@@ -72,9 +72,12 @@ def drawn_model(spread: Spread, model: Model, keys: Key[Array, " cases"]) -> tup
     Normal about the nominal value and within the bounds of the file.
     """
     count = len(spread.leaves)
-    numbers = jax.vmap(lambda key: jax.random.normal(key, (count,)))(keys) * spread.sigma + spread.nominal
-    lower, upper = (np.array([getattr(leaf, end) for leaf in spread.leaves]) for end in ("lower", "upper"))
-    numbers = jnp.clip(numbers, lower, upper)
+    lower, upper = (np.array([getattr(leaf, end) for leaf in spread.leaves], float) for end in ("lower", "upper"))
+
+    def drawn(key):
+        return jnp.clip(spread.nominal + spread.sigma * jax.random.normal(key, (count,)), lower, upper)
+
+    numbers = jax.vmap(drawn)(keys)
     places = list(dict.fromkeys(leaf.place for leaf in spread.leaves))
     arrays = []
     for place in places:
