@@ -1,5 +1,6 @@
 """Runs of a study's closed loop: many cases at once in one scan, or one case with its history."""
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -50,28 +51,27 @@ def run_cases(
 
     Of `fixed` a leaf may have the cases in front or be common to all.
     """
-    random, rows = loop.random, loop.rows
-    rows_like = () if rows is None else (_one(rows, 1),)
+    random, rows, nodes = loop.random, loop.rows, loop.nodes
+    like = () if random is None else (jax.eval_shape(random, jax.ShapeDtypeStruct((), keys.dtype)),)
+    of_rows = () if rows is None else (_one(rows, 1),)
 
     def step(*given):
-        given, row = (given[:-1], given[-1:]) if rows_like else (given, ())
-        return loop.period(*given, *(() if random is not None else (None,)), *row)[0]
+        own, row = (given[:-1], given[-1:]) if of_rows else (given, ())
+        return loop.period(*own, *(() if like else (None,)), *row)[0]
 
     def drawn(number):
-        numbers = ()
-        if random is not None:
-            numbers = (elements(jax.vmap(lambda key: random_of(random, key, number))(keys).T, element_rank=1),)
-        return (*numbers, *(() if rows is None else (_elements_at(rows, (number,)),)))
+        found = () if rows is None else (_elements_at(rows, (number,)),)
+        if random is None:
+            return found
+        numbers = jax.vmap(functools.partial(random_of, random, number=number))(keys)
+        return (elements(numbers.T, element_rank=1), *found)
 
-    like = () if random is None else (jax.eval_shape(random, jax.ShapeDtypeStruct((), keys.dtype)),)
     inner = None
     if loop.move is not None:
-        nodes, steps = loop.nodes, jax.tree.leaves(loop.nodes)[0].shape[1]
+        steps = jax.tree.leaves(nodes)[0].shape[1]
         inner = Inner(loop.move, steps, lambda *place: (_elements_at(nodes, place),), (_one(nodes, 2),))
-    several = {} if inner is None else {"inner": inner}
-    if not (like or rows_like):
-        return scan_cases(step, fixed, loop.like, start, periods, **several)
-    return scan_cases(step, fixed, loop.like, start, periods, drawn=drawn, drawn_like=(*like, *rows_like), **several)
+    given = {"drawn": drawn, "drawn_like": (*like, *of_rows)} if like or of_rows else {}
+    return scan_cases(step, fixed, loop.like, start, periods, inner=inner, **given)
 
 
 def _one(table: PyTree, axes: int) -> PyTree:
@@ -98,18 +98,21 @@ def run_one(
 
     Leaves of `fixed` may have cases in front, of which it is that of `number`; those of `given` have the periods.
     """
-    own, random = case_of(fixed, loop.like, number), loop.random
+    own, random, move = case_of(fixed, loop.like, number), loop.random, loop.move
 
     def advance(state, now):
         period, *given = now
         drawn = None if random is None or key is None else random_of(random, key, period)
-        if loop.move is None:
+        if move is None:
             return loop.period(*own, state, drawn, *given)
         *given, nodes = given
         state, sample = loop.period(*own, state, drawn, *given)
-        return jax.lax.scan(lambda state, node: (move(*own, state, node), None), state, nodes)[0], sample
 
-    move = loop.move
+        def on(state, node, move=move):
+            return move(*own, state, node), None
+
+        return jax.lax.scan(on, state, nodes)[0], sample
+
     tables = tuple(table for table in (loop.rows, loop.nodes) if table is not None)
     tables = jax.tree.map(lambda leaf: leaf[:periods], tables)
     return jax.lax.scan(advance, start, (jnp.arange(periods), *given, *tables))

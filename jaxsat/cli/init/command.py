@@ -3,11 +3,16 @@
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import Parameter
+from cyclopts import CycloptsError, Parameter
 
 
 def init(
-    file: Annotated[Path | None, Parameter(help="Table of telemetry. [default: the template with all keys]")] = None, /
+    file: Annotated[Path | None, Parameter(help="Table of telemetry. [default: the template with all keys]")] = None,
+    /,
+    *,
+    cubesat: Annotated[
+        bool, Parameter(help="The made-up CubeSat of three units that sweeps take without a file.", negative=())
+    ] = False,
 ) -> int:
     """Print a commented satellite file, to be filled in.
 
@@ -18,8 +23,14 @@ def init(
 
     Example: jaxsat init pass.csv > sat.toml
     """
+    from jaxsat.bundled import CUBESAT
     from jaxsat.satellites.template import TEMPLATE
 
+    if cubesat:
+        if file is not None:
+            raise CycloptsError(msg="--cubesat is a file by itself: it goes with no table.")
+        print(CUBESAT.read_text(encoding="utf-8"), end="")
+        return 0
     if file is None:
         print(TEMPLATE.read_text(encoding="utf-8"), end="")
         return 0

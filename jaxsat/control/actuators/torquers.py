@@ -28,11 +28,11 @@ class Magnetorquers(eqx.Module):
     @staticmethod
     def along(axes: Numbers, max_dipole: Numbers, residual: Numbers = 0.0) -> "Magnetorquers":
         """Those along these axes [torquers 3], which are made unit vectors."""
-        axes = np.asarray(axes, float)
-        axes = axes / np.linalg.norm(axes, axis=1, keepdims=True)
-        count = (len(axes),)
+        given = np.asarray(axes, float)
+        units = given / np.linalg.norm(given, axis=1, keepdims=True)
+        count = (len(units),)
         return Magnetorquers(
-            axes, np.broadcast_to(max_dipole, count), np.broadcast_to(residual, count), np.linalg.pinv(axes).T
+            units, np.broadcast_to(max_dipole, count), np.broadcast_to(residual, count), np.linalg.pinv(units).T
         )
 
     def dipole(self, dipoles: Float[Array, " torquers"]) -> Float[Array, "3"]:

@@ -46,10 +46,17 @@ class ReactionWheels(eqx.Module):
         viscous: Numbers = 0.0,
     ) -> "ReactionWheels":
         """Those about these axes [wheels 3], which are made unit vectors."""
-        axes = np.asarray(axes, float)
-        axes = axes / np.linalg.norm(axes, axis=1, keepdims=True)
-        numbers = [np.broadcast_to(x, (len(axes),)) for x in (inertia, max_torque, max_speed, coulomb, viscous)]
-        return ReactionWheels(axes, *numbers, np.linalg.pinv(axes).T)
+        given = np.asarray(axes, float)
+        units = given / np.linalg.norm(given, axis=1, keepdims=True)
+        numbers = {
+            "inertia": inertia,
+            "max_torque": max_torque,
+            "max_speed": max_speed,
+            "coulomb": coulomb,
+            "viscous": viscous,
+        }
+        each = {name: np.broadcast_to(x, (len(units),)) for name, x in numbers.items()}
+        return ReactionWheels(axes=units, shares=np.linalg.pinv(units).T, **each)
 
 
 def friction(wheels: ReactionWheels, speed: Float[Array, " wheels"]) -> Float[Array, " wheels"]:

@@ -40,7 +40,10 @@ def target_along(
     `direction_eci` is where `axis` points for the goal `inertial`. Rates are those of a spline through the attitudes.
     """
     normal = np.cross(position_eci, velocity_eci)
-    to = {"sun": sun_eci, "nadir": -position_eci, "inertial": np.broadcast_to(direction_eci, position_eci.shape)}[goal]
+    if goal == "inertial" and direction_eci is None:
+        raise ValueError("target_along: the goal inertial needs direction_eci, where the axis points")
+    fixed = np.broadcast_to(np.zeros(3) if direction_eci is None else direction_eci, position_eci.shape)
+    to = {"sun": sun_eci, "nadir": -position_eci, "inertial": fixed}[goal]
     # Held against the stars there is no orbit to follow.
     near = np.broadcast_to(normal[:1], normal.shape) if goal == "inertial" else normal
     body = _axes(np.asarray(axis, float)[None], np.asarray(second, float)[None])

@@ -12,7 +12,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from jaxsat.control.loops.readings import Reading, Sight
+from jaxsat.control.loops.readings import Reading
 from jaxsat.control.loops.timeline import Instant
 from jaxsat.control.loops.vehicle import Motion
 from jaxsat.math import quaternion
@@ -50,7 +50,7 @@ class AbstractEstimator(eqx.Module):
         """What it remembers before the first reading."""
 
     @abstractmethod
-    def update(self, memory: Any, readings: Mapping[Sight, Reading], now: Now) -> tuple[Any, Estimate]:
+    def update(self, memory: Any, readings: Mapping[str, Reading], now: Now) -> tuple[Any, Estimate]:
         """The memory after a control period's readings, and the estimate."""
 
 
@@ -60,7 +60,7 @@ class Perfect(AbstractEstimator):
     def start(self) -> None:
         return None
 
-    def update(self, memory: None, readings: Mapping[Sight, Reading], now: Now) -> tuple[None, Estimate]:
+    def update(self, memory: None, readings: Mapping[str, Reading], now: Now) -> tuple[None, Estimate]:
         q = now.truth.quaternion
         field = quaternion.rotate_inverse(q, now.here.b_field_eci)
         return None, Estimate(field, jnp.asarray(True), now.truth.angular_velocity, q)
@@ -72,7 +72,7 @@ class AsRead(AbstractEstimator):
     def start(self) -> None:
         return None
 
-    def update(self, memory: None, readings: Mapping[Sight, Reading], now: Now) -> tuple[None, Estimate]:
+    def update(self, memory: None, readings: Mapping[str, Reading], now: Now) -> tuple[None, Estimate]:
         field, rate, attitude = (readings.get(name) for name in ("field", "rate", "attitude"))
         return None, Estimate(
             b_field_body=None if field is None else field.value,

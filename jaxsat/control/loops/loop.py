@@ -12,7 +12,7 @@ from jaxsat.control.actuators import motor_torques, torquer_dipoles
 from jaxsat.control.closed_loop import ClosedLoop
 from jaxsat.control.loops.controllers import AbstractController
 from jaxsat.control.loops.estimators import AbstractEstimator, Now
-from jaxsat.control.loops.readings import Channel, Late, Sight, nothing_yet, numbers_needed, read
+from jaxsat.control.loops.readings import Channel, Late, nothing_yet, numbers_needed, read
 from jaxsat.control.loops.samples import Sample
 from jaxsat.control.loops.schedule import Schedule
 from jaxsat.control.loops.timeline import Stage, Timeline
@@ -26,7 +26,7 @@ class Plant(eqx.Module):
     """What is controlled: the satellite with its actuators, its sensors, and what surrounds it."""
 
     vehicle: Vehicle
-    channels: Mapping[Sight, Channel]
+    channels: Mapping[str, Channel]
     """Its sensors by what they see."""
     timeline: Timeline
 

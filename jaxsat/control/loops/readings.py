@@ -5,7 +5,6 @@ back into body axes with the calibration that is known on board, which need not 
 """
 
 from collections.abc import Mapping
-from typing import Literal
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -21,8 +20,7 @@ from jaxsat.sensors.abstract import AbstractSensor
 from jaxsat.sensors.mounting import body_from_sensor
 from jaxsat.sensors.noise import stepped
 
-Sight = Literal["field", "rate", "sun", "attitude"]
-KINDS: Mapping[Sight, type[AbstractSensor]] = {
+KINDS: Mapping[str, type[AbstractSensor]] = {
     "field": Magnetometer,
     "rate": Gyroscope,
     "sun": SunVector,
@@ -104,7 +102,7 @@ class Late(eqx.Module):
     """The last one that came, as a `Reading` has it."""
 
 
-def nothing_yet(channels: Mapping[Sight, Channel]) -> dict[Sight, Late]:
+def nothing_yet(channels: Mapping[str, Channel]) -> dict[str, Late]:
     """Before the first reading."""
     found = {}
     for name, one in channels.items():
@@ -114,22 +112,22 @@ def nothing_yet(channels: Mapping[Sight, Channel]) -> dict[Sight, Late]:
     return found
 
 
-def numbers_needed(channels: Mapping[Sight, Channel]) -> int:
+def numbers_needed(channels: Mapping[str, Channel]) -> int:
     """Random numbers of one control period: a normal one for each number read, a uniform one for each sensor."""
     return sum(_normals(name, one) + 1 for name, one in channels.items())
 
 
-def _normals(name: Sight, one: Channel) -> int:
+def _normals(name: str, one: Channel) -> int:
     return 3 if name == "attitude" else one.size
 
 
 def read(
-    channels: Mapping[Sight, Channel],
-    late: Mapping[Sight, Late],
+    channels: Mapping[str, Channel],
+    late: Mapping[str, Late],
     motion: Motion,
     here: Instant,
     random: Float[Array, " _"] | None,
-) -> tuple[dict[Sight, Late], dict[Sight, Reading]]:
+) -> tuple[dict[str, Late], dict[str, Reading]]:
     """Readings at the beginning of a control period; without `random` numbers there are no noise and no drop-outs.
 
     `random` holds the normal numbers of all channels, then the uniform ones.
@@ -165,7 +163,7 @@ def read(
     return after, found
 
 
-def _disturbed(name: Sight, one: Channel, raw, normal):
+def _disturbed(name: str, one: Channel, raw, normal):
     if name == "attitude":
         if normal is None:
             return raw
@@ -176,7 +174,7 @@ def _disturbed(name: Sight, one: Channel, raw, normal):
     return stepped(raw, one.quantum)
 
 
-def _on_board(name: Sight, one: Channel, raw):
+def _on_board(name: str, one: Channel, raw):
     if name != "attitude":
         value = one.matrix @ (raw - one.offset)
         return unit(value) if name == "sun" else value

@@ -29,7 +29,6 @@ from jaxsat.control.loops import (
     loop,
     vehicle,
 )
-from jaxsat.control.loops.readings import Sight
 from jaxsat.control.loops.vehicle import inverse_without_wheels, own_parts
 from jaxsat.math.one_function import first_that_compiles, in_one_function
 from jaxsat.satellites.model import Model
@@ -46,7 +45,7 @@ class Drawn(eqx.Module):
 
     motion: Motion
     vehicle: Vehicle
-    channels: dict[Sight, Channel]
+    channels: dict[str, Channel]
     numbers: Float[Array, "cases leaves"]
     """Of the satellite file, SI."""
     key: Key[Array, " cases"]
@@ -59,8 +58,8 @@ class LoopCases:
 
     flight: Flight
     spread: Spread
-    channels: Mapping[Sight, Channel]
-    names: Mapping[Sight, str]
+    channels: Mapping[str, Channel]
+    names: Mapping[str, str]
     """Of the sensors in the satellite file."""
     torquers: Magnetorquers | None
     wheels: ReactionWheels | None

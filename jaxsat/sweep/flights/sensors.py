@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 
-from jaxsat.control.loops.readings import KINDS, Channel, Sight, channel
+from jaxsat.control.loops.readings import KINDS, Channel, channel
 from jaxsat.errors import InputError
 from jaxsat.files.units import parsed_unit
 from jaxsat.satellites import Satellite
 
-WORDS: Mapping[Sight, str] = {
+WORDS: Mapping[str, str] = {
     "field": "magnetometer",
     "rate": "gyro",
     "sun": "sun_vector",
@@ -17,15 +17,15 @@ WORDS: Mapping[Sight, str] = {
 
 
 def channels_of(
-    satellite: Satellite, wanted: tuple[Sight, ...], *, period_s: float, dropout: float = 0.0
-) -> tuple[dict[Sight, Channel], dict[Sight, str]]:
+    satellite: Satellite, wanted: tuple[str, ...], *, period_s: float, dropout: float = 0.0
+) -> tuple[dict[str, Channel], dict[str, str]]:
     """The first sensor for each of what is `wanted`, and its name in the file.
 
     Noise, steps and delay are those of its channel, the delay in whole control periods. Raises `InputError` where the
     file has no such sensor, or one that no loop can use.
     """
-    channels: dict[Sight, Channel] = {}
-    names: dict[Sight, str] = {}
+    channels: dict[str, Channel] = {}
+    names: dict[str, str] = {}
     for sight in wanted:
         found = [name for name, sensor in satellite.model.sensors.items() if isinstance(sensor, KINDS[sight])]
         if not found:

@@ -74,7 +74,7 @@ def test_wheels_and_friction_leave_the_momentum_of_all_as_it_is():
     found = moved(BODY, START, jnp.zeros(3))
     before = momentum(BODY, START)
     after = Rotation.from_quat(found.quaternion, scalar_first=True).apply(np.array(momentum(BODY, found)))
-    np.testing.assert_allclose(after, before, rtol=0, atol=1e-9 * np.linalg.norm(before))
+    np.testing.assert_allclose(after, before, rtol=0, atol=1e-9 * float(np.linalg.norm(before)))
     assert np.linalg.norm(found.angular_velocity - START.angular_velocity) > 0.01
 
 
