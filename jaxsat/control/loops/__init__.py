@@ -14,6 +14,8 @@ from jaxsat.control.loops.loop import LoopState as LoopState
 from jaxsat.control.loops.loop import Plant as Plant
 from jaxsat.control.loops.loop import first_state as first_state
 from jaxsat.control.loops.loop import loop as loop
+from jaxsat.control.loops.pointing import Pointing as Pointing
+from jaxsat.control.loops.pointing import PointingWatch as PointingWatch
 from jaxsat.control.loops.readings import Channel as Channel
 from jaxsat.control.loops.readings import Reading as Reading
 from jaxsat.control.loops.readings import channel as channel

@@ -105,6 +105,8 @@ class LoopCases:
             own = self._vehicles(changed)
             channels = {
                 sight: eqx.tree_at(lambda c: c.sensor, one, changed.sensors[self.names[sight]])
+                if sight in self.names
+                else one
                 for sight, one in self.channels.items()
             }
             return Drawn(Motion(q, w, speed), own, channels, numbers, noise)

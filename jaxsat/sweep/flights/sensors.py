@@ -48,3 +48,8 @@ def channels_of(
             raise InputError(str(error), file=satellite.path, field=f"sensors.{name}") from None
         names[sight] = name
     return channels, names
+
+
+def has_star_tracker(satellite: Satellite) -> bool:
+    """Whether a sensor of the file tells the attitude itself."""
+    return any(isinstance(sensor, KINDS["attitude"]) for sensor in satellite.model.sensors.values())

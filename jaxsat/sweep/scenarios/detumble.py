@@ -10,9 +10,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from jaxsat.sweep.flights.inputs import start_inputs
 from jaxsat.sweep.flights.options import COMMON
 from jaxsat.sweep.history import History
-from jaxsat.sweep.inputs import Input, upright
+from jaxsat.sweep.inputs import upright
 from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario
 
 NAME = "detumble"
@@ -161,28 +162,9 @@ def _build(options: Mapping[str, str]) -> Scenario:
     def draw(seed: int, numbers: np.ndarray):
         return jax.device_get(_program(program)[0].draw(seed, numbers))
 
-    inputs = (*_inputs(Reader(options)), *cases.spread.inputs())
+    inputs = (*start_inputs(Reader(options).number("tipoff_deg_s")), *cases.spread.inputs())
     history = functools.partial(_history, program)
     return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history, inputs=inputs, draw=draw)
-
-
-def _inputs(reader: Reader) -> tuple[Input, ...]:
-    """What its cases are drawn from, beside the numbers of the satellite file."""
-    attitude = Input(
-        "attitude",
-        "1",
-        "quaternion at the start, scalar first, from body to inertial axes, true equator and equinox of date",
-        lambda drawn: upright(drawn.motion.quaternion),
-        tuple("wxyz"),
-    )
-    rate = Input(
-        "rate",
-        "deg/s",
-        "at the start, body axes",
-        lambda drawn: np.degrees(drawn.motion.angular_velocity),
-        tuple("xyz"),
-    )
-    return (attitude, rate) if reader.number("tipoff_deg_s") > 0.0 else (attitude,)
 
 
 def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> History:
