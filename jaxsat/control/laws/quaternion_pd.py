@@ -29,8 +29,10 @@ def pointing_torque(
 ) -> Float[Array, "3"]:
     """Torque on the body [N m], body axes, that brings `error` to nothing at a `frequency` [rad/s] and `damping` ratio.
 
-    `rate_error` is that of the body's `rate` against the target's, body axes [rad/s]; `momentum` J w and that of wheels
-    [N m s], whose gyroscopic torque is made good (Wie, Weiss & Arapostathis 1989; Markley & Crassidis 2014, sec. 7.2).
+    `rate_error` is that of the body's `rate` against the target's, body axes [rad/s]. The target turns steadily against
+    the stars; `momentum` is J w and that of wheels [N m s], whose gyroscopic torque is made good (Wie, Weiss &
+    Arapostathis 1989; Markley & Crassidis 2014, sec. 7.2).
     """
     wanted = -2.0 * frequency**2 * error[1:] - 2.0 * damping * frequency * rate_error
-    return inertia @ wanted + cross(rate, momentum)
+    # Of a steady target the components in body axes change by -w x w_t, and w x w is none.
+    return inertia @ (wanted + cross(rate, rate_error)) + cross(rate, momentum)

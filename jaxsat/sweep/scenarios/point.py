@@ -41,7 +41,7 @@ OPTIONS = (
     Option("actuators", "wheels", "wheels, which torquers unload, or torquers alone"),
     Option("rate_deg_s", "0.3", "largest rate at the start: its size is uniform up to it, its direction over all"),
     Option("limit_deg", "auto", "error that counts as settled; auto: 2 by wheels, 15 by torquers"),
-    Option("frequency", "auto", "of small errors, rad/s; auto: 0.1 by wheels, four times the orbit's by torquers"),
+    Option("frequency", "auto", "of small errors, rad/s; auto: 0.1 by wheels, the orbit's own by torquers"),
     Option("damping", "0.8", "damping ratio"),
     Option("slew_deg_s", "0.5", "largest rate of a slew"),
     Option("friction_known", "0.8", "share of the wheels' friction that their motors make good"),
@@ -103,7 +103,7 @@ def _program(options: tuple[tuple[str, str], ...]):
     limit = math.radians(limit if limit is not None else 2.0 if by_wheels else 15.0)
     frequency = reader.number_or("frequency", "auto", low=1e-5, high=10.0)
     if frequency is None:
-        frequency = 0.1 if by_wheels else 4.0 * flight.orbit_rate
+        frequency = 0.1 if by_wheels else flight.orbit_rate
     step = reader.number_or("step_s", "auto", low=1e-3, high=60.0)
     if step is None:
         step = min(period, step_within(TOLERANCE_RAD, max(most_rate, slew), duration))
@@ -225,9 +225,8 @@ def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> Hist
         error, rate = off_target(q, w, here)
         return quaternion.to_rotation_vector(error), rate
 
-    error, rate = map(
-        np.degrees, jax.jit(jax.vmap(seen))(samples.motion.quaternion, samples.motion.angular_velocity, rows)
-    )
+    motion = samples.motion
+    error, rate = map(np.degrees, jax.jit(jax.vmap(seen))(motion.quaternion, motion.angular_velocity, rows))
     q, dipoles, speed = upright(motion.quaternion), samples.dipoles, motion.wheel_speed
     size = np.linalg.norm(error, axis=1)
     columns = {
