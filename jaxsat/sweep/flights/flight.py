@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import jax
 import jax.numpy as jnp
@@ -56,9 +57,12 @@ class Flight:
         )
 
 
-def flight_of(options: Mapping[str, str]) -> Flight:
-    """The flight of the options `COMMON`; `InputError` for what cannot be, in the files too."""
-    satellite = read_satellite(path_of(options["satellite"]) if options["satellite"] else CUBESAT)
+def flight_of(options: Mapping[str, str], *, bundled: Path = CUBESAT) -> Flight:
+    """The flight of the options `COMMON`, of the `bundled` satellite where they name none.
+
+    Raises `InputError` for what cannot be, in the files too.
+    """
+    satellite = read_satellite(path_of(options["satellite"]) if options["satellite"] else bundled)
     if options["orbit"]:
         satellite = with_orbit(satellite, path_of(options["orbit"]))
     try:
