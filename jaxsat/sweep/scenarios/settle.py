@@ -39,7 +39,7 @@ OPTIONS = (
     Option("rate_deg_s", "5", "largest rate at the start: its size is uniform up to it, its direction over all"),
     Option("limit_deg", "20", "angle of the magnet from the field that counts as settled"),
     Option("sample_s", "60", "between looks at the angle"),
-    Option("tolerance_rad", "1e-3", "of each case's attitude, to which its steps are chosen"),
+    Option("tolerance_rad", "1e-2", "of each case's attitude, to which its steps are chosen"),
 )
 ASSUMPTIONS = (
     "All cases begin at the same place of the orbit; attitudes are uniform, rates uniform in size and direction.",
@@ -47,7 +47,7 @@ ASSUMPTIONS = (
     "Rods are alike along their length and do not see each other; the law is that of Flatley & Henretty 1995.",
     "A motion that is chaotic is kept though no step holds the tolerance; error_rad says of which cases.",
 )
-CHUNK = 128
+CHUNK = 256
 
 
 @dataclass(frozen=True)
