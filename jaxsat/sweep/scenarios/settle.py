@@ -6,7 +6,6 @@ stays within the limit of the field over the last orbit.
 
 import functools
 import math
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -29,7 +28,7 @@ METRICS = {
     "mean_angle_deg": Metric("deg", "mean angle of the magnet from the field over the last orbit"),
     "largest_angle_deg": Metric("deg", "largest angle of the magnet from the field over the last orbit"),
     "final_rate_deg_s": Metric("deg/s", "size of the angular velocity at the end"),
-    "rod_heat_mJ": Metric("mJ", "energy that the rods have taken from the motion"),
+    "rod_heat_uJ": Metric("uJ", "energy that the rods have taken from the motion"),
     "error_rad": Metric("rad", "largest angle to the same motion with steps 1.5 times as long"),
 }
 OPTIONS = (
@@ -143,10 +142,8 @@ def _program(options: tuple[tuple[str, str], ...]) -> _Program:
 
     def move(drawn):
         state = AttitudeState(drawn.motion.quaternion, drawn.motion.angular_velocity, drawn.lag)
-        with warnings.catch_warnings():
-            # Which motions are chaotic stands in the metric error_rad.
-            warnings.filterwarnings("ignore", message="simulate_many: .* chaotic")
-            return simulate_many(drawn.spacecraft, state, around, times, tolerance=tolerance)
+        # Which motions are chaotic stands in the metric error_rad.
+        return simulate_many(drawn.spacecraft, state, around, times, tolerance=tolerance, warn=False)
 
     @jax.jit
     def angles(magnets, quaternions):
@@ -211,7 +208,7 @@ def outcome(
         "mean_angle_deg": np.degrees(late.mean(axis=1)),
         "largest_angle_deg": np.degrees(late.max(axis=1)),
         "final_rate_deg_s": np.degrees(np.linalg.norm(rate[:, -1], axis=1)),
-        "rod_heat_mJ": 1e3 * heat[:, -1].sum(axis=1),
+        "rod_heat_uJ": 1e6 * heat[:, -1].sum(axis=1),
         "error_rad": errors,
     }
     found = {name: np.where(sound, values, np.nan) for name, values in found.items()}
@@ -225,17 +222,17 @@ def _history(options: tuple[tuple[str, str], ...], seed: int, case: int) -> Hist
     moved = program.move(drawn)
     angle = np.degrees(np.asarray(program.angles(drawn.spacecraft.magnet, moved.quaternion))[0])
     rate, q = np.degrees(np.asarray(moved.angular_velocity)[0]), upright(np.asarray(moved.quaternion)[0])
-    heat = 1e3 * np.asarray(moved.rod_heat)[0].sum(axis=1)
+    heat = 1e6 * np.asarray(moved.rod_heat)[0].sum(axis=1)
     columns = {
         **{f"quaternion_{c}": q[:, k] for k, c in enumerate("wxyz")},
         **{f"rate_{c}_deg_s": rate[:, k] for k, c in enumerate("xyz")},
         "angle_deg": angle,
-        "rod_heat_mJ": heat,
+        "rod_heat_uJ": heat,
     }
     charts = {
         "magnet from the field, deg": {"": angle},
         "angular velocity, body axes, deg/s": dict(zip("xyz", rate.T, strict=True)),
-        "energy taken by the rods, mJ": {"": heat},
+        "energy taken by the rods, uJ": {"": heat},
     }
     error = float(np.asarray(moved.errors)[0])
     return History(program.times, columns, charts, f"{program.name}; error {error:.1e} rad")

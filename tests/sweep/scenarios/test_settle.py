@@ -29,7 +29,7 @@ def test_settled_is_who_stays_within_the_limit_over_the_last_orbit():
     np.testing.assert_array_equal(found["settling_time_s"], [120.0, 0.0, np.nan, np.nan])
     np.testing.assert_allclose(found["largest_angle_deg"][:3], np.degrees([0.1, 0.1, 0.3]))
     np.testing.assert_allclose(found["mean_angle_deg"][0], np.degrees(0.075))
-    np.testing.assert_allclose(found["rod_heat_mJ"][:3], 2e3)
+    np.testing.assert_allclose(found["rod_heat_uJ"][:3], 2e6)
     np.testing.assert_allclose(found["final_rate_deg_s"][:3], np.degrees(0.01 * np.sqrt(3.0)))
 
 
