@@ -8,8 +8,8 @@ import numpy as np
 from jaxsat.integrators import step_for
 from jaxsat.math.runge_kutta import RK4
 
-TUMBLING = 0.2
-"""Error of a steady turn over that of a body of moments 5 : 5 : 1 that tumbles at the same rate; measured, 0.25."""
+TUMBLING = 0.08
+"""Error of a steady turn over that of a body of moments 5 : 5 : 1 that tumbles at the same rate; measured, 0.1."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +65,6 @@ class Schedule:
 def step_within(tolerance: float, rate: float, duration_s: float) -> float:
     """Step [s] with which RK4 follows a tumbling body at `rate` [rad/s] for a time [s] within a tolerance [rad].
 
-    That of a steady turn for a fifth of the tolerance: beside the attitude the axis errs on its way through the body.
+    That of a steady turn for a twelfth of the tolerance: beside the attitude the axis errs on its way through the body.
     """
     return step_for(RK4, rate, duration_s, TUMBLING * tolerance)

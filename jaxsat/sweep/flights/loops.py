@@ -32,6 +32,7 @@ from jaxsat.control.loops import (
 from jaxsat.control.loops.vehicle import inverse_without_wheels, own_parts
 from jaxsat.math.one_function import first_that_compiles, in_one_function
 from jaxsat.satellites.model import Model
+from jaxsat.simulate.lane_loop import WIDE
 from jaxsat.sweep.flights.flight import Flight
 from jaxsat.sweep.flights.spread import Spread, drawn_model
 from jaxsat.sweep.scenario import case_keys
@@ -143,7 +144,7 @@ class LoopCases:
             fixed = (drawn.vehicle, drawn.channels, self.estimator, self.controller)
             return closed_loop.run_cases(self._loop(around), fixed, start, drawn.key, _count(around))
 
-        return first_that_compiles(jax.jit(in_one_function(run)), jax.jit(run))
+        return first_that_compiles(jax.jit(in_one_function(run), **WIDE), jax.jit(run, **WIDE))
 
     @functools.cached_property
     def _history(self):

@@ -167,7 +167,7 @@ def test_schedules_have_steps_that_end_where_coils_switch():
         Schedule(2.0, 0.3, 0.0)
     # Of each step of a steady turn RK4 leaves out the fifth power of half the angle, over 120, twice as an angle.
     step = step_within(1e-6, 0.1, 1e4)
-    assert 2.0 / 120.0 * (0.05 * step) ** 5 * 1e4 / step == pytest.approx(2e-7)
+    assert 2.0 / 120.0 * (0.05 * step) ** 5 * 1e4 / step == pytest.approx(8e-8)
 
 
 def test_laws_are_their_formulas():
