@@ -11,7 +11,17 @@ from jaxsat.bundled import CUBESAT
 from jaxsat.cli.main import run as command
 from jaxsat.constants import EARTH_MU
 from jaxsat.errors import InputError
-from jaxsat.sweep import SweepPlan, claim, drawn_inputs, run_cases
+from jaxsat.sweep import (
+    Source,
+    SweepPlan,
+    chunk_path,
+    claim,
+    drawn_inputs,
+    find_missing,
+    merge_cases,
+    run_cases,
+    run_local,
+)
 from jaxsat.sweep.scenarios import detumble
 from jaxsat.sweep.scenarios.detumble import make
 
@@ -74,6 +84,32 @@ def test_a_case_does_not_depend_on_the_others_of_its_chunk(whole):
     for name, values in whole.items():
         assert mixed[name][100].tobytes() == values[100].tobytes()
     assert mixed["final_rate_deg_s"][0] != whole["final_rate_deg_s"][0]
+
+
+def test_shards_and_a_resumed_sweep_are_the_whole(tmp_path):
+    """Bit for bit: chunks in another order, in another directory, and after one was lost."""
+    source = Source.of("jaxsat.sweep.scenarios.detumble:make", OPTIONS)
+    plan = SweepPlan("detumble", 2, dict(source.options), SCENARIO.chunk, 2 * SCENARIO.chunk - 50)
+
+    def run(directory, numbers):
+        run_local(source, plan, directory, numbers, on_done=lambda done: None)
+
+    for name, shards in (("whole", [(1, 1)]), ("shards", [(2, 2), (1, 2)])):
+        for shard in shards:
+            claim(tmp_path / name, plan, shard=shard)
+            run(tmp_path / name, plan.shard(*shard))
+    lost = chunk_path(tmp_path / "whole", 1)
+    before = lost.read_bytes()
+    lost.unlink()
+    claim(tmp_path / "whole", plan, resume=True)
+    missing, _ = find_missing(SCENARIO, plan, tmp_path / "whole", plan.shard())
+    assert missing == [1]
+    run(tmp_path / "whole", missing)
+    assert lost.read_bytes() == before
+    for name in ("whole", "shards"):
+        merge_cases(SCENARIO, plan, tmp_path / name)
+    merged = [(tmp_path / name / "cases.parquet").read_bytes() for name in ("whole", "shards")]
+    assert merged[0] == merged[1]
 
 
 def test_cases_are_drawn_as_the_file_and_the_options_say(whole):
