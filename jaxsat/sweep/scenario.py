@@ -206,7 +206,12 @@ class Reader:
 
     def number_or(self, name: str, word: str, *, low: float = -math.inf, high: float = math.inf) -> float | None:
         """A number from `low` to `high`; None for the word."""
-        return None if self.options[name] == word else number_of(self.options, name, low=low, high=high)
+        if self.options[name] == word:
+            return None
+        try:
+            return number_of(self.options, name, low=low, high=high)
+        except InputError as error:
+            raise InputError(error.reason.replace("expected", f"expected {word} or", 1), field=name) from None
 
     def choice(self, name: str, words: Any) -> Any:
         """One of the words of a `Literal`."""

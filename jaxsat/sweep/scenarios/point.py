@@ -71,6 +71,7 @@ def _program(options: tuple[tuple[str, str], ...]):
     import jax.numpy as jnp
 
     from jaxsat.control.laws import target_along
+    from jaxsat.control.laws.targets import Goal
     from jaxsat.control.loops import AsRead, Perfect, Pointing, PointingWatch, Schedule, channel, step_within, timeline
     from jaxsat.control.loops.pointing import off_target
     from jaxsat.math import safe_norm
@@ -84,7 +85,7 @@ def _program(options: tuple[tuple[str, str], ...]):
 
     reader = Reader(dict(options))
     number = reader.number
-    goal = reader.word("target", ("sun", "nadir", "inertial"))
+    goal = reader.choice("target", Goal)
     axis, second = (_direction(reader.options[name], name) for name in ("axis", "second"))
     if abs(axis @ second) > 0.999:
         raise InputError("expected another direction than that of the first axis", field="second")

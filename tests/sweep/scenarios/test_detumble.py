@@ -165,7 +165,7 @@ def test_what_a_satellite_file_lacks_is_told_in_a_line(change, told, tmp_path):
 def test_options_are_checked():
     for name, value, told in (
         ("law", "best", "law: expected one of difference, gyro"),
-        ("gain", "much", "gain: expected a number of|gain: expected a number from"),
+        ("gain", "much", "gain: expected auto or a number from 0 to 1000, found 'much'"),
         ("start_utc", "soon", "start_utc"),
         ("satellite", "nowhere.toml", "nowhere.toml: cannot be read"),
     ):
