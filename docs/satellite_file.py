@@ -161,6 +161,7 @@ def _value(hint: Any) -> str:
         (common.RateUnit, "unit of rad/s"),
         (common.CurrentUnit, "unit of A"),
         (parts.Size, "three numbers > 0"),
+        (parts.Share, "number, 0 to 1"),
         (setting_types.Positive, "number > 0"),
         (setting_types.NonNegative, "number ≥ 0"),
         (setting_types.Angle, "number"),

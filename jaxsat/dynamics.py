@@ -59,6 +59,7 @@ def body_environment(state: AttitudeState, point: OrbitTable) -> BodyEnvironment
         distance=jnp.sqrt(jnp.sum(point.position_eci**2)),
         commands=None if point.commands is None else point.commands.values,
         command_rates=None if point.commands is None else point.commands.rates,
+        time=point.time,
     )
 
 

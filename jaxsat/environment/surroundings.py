@@ -38,6 +38,8 @@ class Surroundings(eqx.Module):
     shadow: CylinderShadow | ConeShadow | None = None
     commands: Commands | None = None
     """What the satellite's coils and wheels were commanded."""
+    clock: bool = eqx.field(static=True, default=False)
+    """Whether torques are told the time (`BodyEnvironment.time`)."""
 
     def __call__(self, times: Float[Array | np.ndarray, " n"]) -> OrbitTable:
         """Return the table at `times` [s]; see `tabulate_orbit`."""
@@ -54,6 +56,7 @@ class Surroundings(eqx.Module):
             self.greenwich_angle_0,
             self.earth_rotation_rate,
             field_rate=self.field_rate,
+            clock=self.clock,
             atmosphere=self.atmosphere,
             sun_eci=sun_eci,
             sun_distance=sun_distance,

@@ -40,6 +40,8 @@ class OrbitTable(eqx.Module):
     """Pressure of the sunlight on a black surface facing it, eclipse included [Pa]."""
     commands: CommandTable | None = None
     """What coils and wheels were commanded."""
+    time: Float[Array, "*times"] | None = None
+    """The times themselves [s], for torques that follow a schedule."""
 
     def at_end(self) -> "OrbitTable":
         """As a step that ends here meets it: what is commanded from now on is not yet."""
@@ -75,6 +77,7 @@ def tabulate_orbit(
     earth_rotation_rate: float | Float[Array, ""] = EARTH_ROTATION_RATE,
     *,
     field_rate: bool = False,
+    clock: bool = False,
     atmosphere: ExponentialAtmosphere | None = None,
     sun_eci: Float[Array | np.ndarray, "n 3"] | None = None,
     sun_distance: int | float | Float[Array | np.ndarray, "n"] = AU,
@@ -82,9 +85,10 @@ def tabulate_orbit(
 ) -> OrbitTable:
     """Return position and field at `times` [s]; the Greenwich angle [rad] is `greenwich_angle_0` at t = 0.
 
-    On request also the field's rate, which hysteresis rods need; density and velocity of the air, for drag; and, for
-    unit vectors `sun_eci` to the Sun at the same times and its distance [m], the pressure of its light, by default
-    with the penumbra of a `ConeShadow`. The options are static: compile with `equinox.filter_jit`.
+    On request also the field's rate, which hysteresis rods need; the times themselves, for torques that follow a
+    schedule (`clock`); density and velocity of the air, for drag; and, for unit vectors `sun_eci` to the Sun at the
+    same times and its distance [m], the pressure of its light, by default with the penumbra of a `ConeShadow`. The
+    options are static: compile with `equinox.filter_jit`.
     """
     if shadow is not None and sun_eci is None:
         raise ValueError("tabulate_orbit: shadow is given without sun_eci, the unit vectors to the Sun at `times`")
@@ -102,6 +106,7 @@ def tabulate_orbit(
             air_density=None if atmosphere is None else atmosphere(position),
             sun_eci=sun,
             solar_pressure=None if sun is None else solar_pressure(position, sun, distance, shadow or ConeShadow()),
+            time=t if clock else None,
         )
 
     sun = None if sun_eci is None else jnp.asarray(sun_eci)

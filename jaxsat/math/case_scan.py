@@ -2,6 +2,7 @@
 
 import functools
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import jax
@@ -9,6 +10,19 @@ import jax.numpy as jnp
 from jaxtyping import PyTree
 
 from jaxsat.math.scalars import Elements, elements, over_cases, regrouped
+
+
+@dataclass(frozen=True)
+class Inner:
+    """Further steps after each step of the scan."""
+
+    step: Callable[..., PyTree]
+    """`step(*fixed, state, *drawn)`, of one case."""
+    steps: int
+    drawn: Callable[[Any, Any], tuple[Elements, ...]]
+    """Of the scan's step and the number of the inner one."""
+    like: tuple[PyTree, ...]
+    """Shapes of what is drawn."""
 
 
 def scan_cases(
@@ -19,12 +33,14 @@ def scan_cases(
     steps: int,
     *,
     drawn: Callable[[Any], tuple[Elements, ...]] | None = None,
-    drawn_like: tuple[jax.ShapeDtypeStruct, ...] = (),
+    drawn_like: tuple[PyTree, ...] = (),
+    inner: Inner | None = None,
 ) -> PyTree:
     """The state of every case after a number of steps; leaves with the cases in front, as those of `start`.
 
     `step(*fixed, state, *drawn)` is written for one case. Of `fixed` a leaf may have the cases in front or be common to
     all; `fixed_like` has the shapes of one case. `drawn(number)` gives the elements of what differs from step to step.
+    The `inner` steps follow each step.
     """
     like = jax.tree.map(lambda leaf: jax.ShapeDtypeStruct(leaf.shape[1:], leaf.dtype), start)
     replayed = over_cases(step, *fixed_like, like, *drawn_like)
@@ -36,15 +52,25 @@ def scan_cases(
     rows = jax.tree.map(lambda leaf, one: list(_last(leaf, one).reshape(-1, count)), start, like)
     flat = jax.tree.leaves(rows)
 
-    def advance(carry, number):
+    def taken(one, carry, number, extra):
         state = regrouped(tuple(carry), like)
-        extra = () if drawn is None else drawn(number)
-        after = jax.tree.leaves(replayed(*constant, state, *extra, hold=functools.partial(stored, number)))
-        spread = [
+        after = jax.tree.leaves(one(*constant, state, *extra, hold=functools.partial(stored, number)))
+        return [
             jnp.broadcast_to(jnp.asarray(x, old.dtype), old.shape)
             for x, old in zip([element for leaf in after for element in leaf.reshape(-1)], carry, strict=True)
         ]
-        return spread, None
+
+    inner_one = None if inner is None else over_cases(inner.step, *fixed_like, like, *inner.like)
+
+    def advance(carry, number):
+        carry = taken(replayed, carry, number, () if drawn is None else drawn(number))
+        if inner is not None:
+
+            def on(carry, place):
+                return taken(inner_one, carry, place, inner.drawn(number, place)), None
+
+            carry, _ = jax.lax.scan(on, carry, jnp.arange(inner.steps))
+        return carry, None
 
     final, _ = jax.lax.scan(advance, flat, jnp.arange(steps))
     state = regrouped(tuple(final), like)

@@ -31,10 +31,14 @@ def built_spacecraft(file: SatelliteFile, leaves: LeafList) -> Spacecraft:
 
     for k, coil in enumerate(file.coils):
         size = coil.area_turns_m2
+        if size is None or coil.column is None:
+            continue
         loose = 0.2 * abs(size.value) or 1.0
         leaves.add(f"coils.{k}.area_turns", f"{place()}.area_turns", size, unit="m2", loose=loose)
         parts.append(Coil(axis=float_array(coil.axis), area_turns=float_array(size.value), column=coil.column))
     for k, wheel in enumerate(file.wheels):
+        if wheel.column is None:
+            continue
         loose = 0.2 * abs(wheel.inertia.value) or 1e-6
         leaves.add(f"wheels.{k}.inertia", f"{place()}.inertia", wheel.inertia, unit="kg m2", loose=loose)
         parts.append(Wheel(axis=float_array(wheel.axis), inertia=float_array(wheel.inertia.value), column=wheel.column))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, final
 
 from jaxsat.errors import InputError
 from jaxsat.satellites.sections.file import SatelliteFile, checked
+from jaxsat.satellites.sections.parts import Coil, Wheel
 from jaxsat.satellites.sections.session import (
     ChannelSettings,
     MotionSettings,
@@ -51,6 +52,9 @@ class Satellite:
     """Edges of the body along its axes, where the file gives them."""
     columns: Mapping[str, str] = field(default_factory=dict)
     """Units of further columns that the model reads, commands and measured currents, by name."""
+    coils: tuple[Coil, ...] = ()
+    wheels: tuple[Wheel, ...] = ()
+    """As the file has them; `jaxsat.satellites.actuators` makes them what control laws command."""
     tables: Mapping[str, Any] = field(default_factory=dict)
     """The file's own, as they were read."""
 
@@ -105,6 +109,8 @@ def _built(file: SatelliteFile, path: Path) -> Satellite:
         held=file.gauge.hold,
         size_m=file.body.size_m,
         columns=columns,
+        coils=file.coils,
+        wheels=file.wheels,
     )
 
 
@@ -114,7 +120,7 @@ def _conventions(file: SatelliteFile) -> dict[str, Convention]:
 
 
 def _columns(file: SatelliteFile) -> dict[str, str]:
-    found = {part.column: part.unit for part in (*file.coils, *file.wheels)}
+    found = {part.column: part.unit for part in (*file.coils, *file.wheels) if part.column is not None}
     for keys in file.sensor_keys().values():
         stray = getattr(keys, "stray", None)
         if stray is not None:

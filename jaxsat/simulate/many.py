@@ -37,6 +37,7 @@ def simulate_many(
     tolerance: float = 1e-6,
     max_step: float | None = None,
     chunk: int | None = None,
+    warn: bool = True,
 ) -> Trajectory:
     """Motions of many cases from `initial`, leaves over the cases, at monotonic `times` [s]: [cases, samples, ...].
 
@@ -45,9 +46,9 @@ def simulate_many(
     fastest cases, agrees with steps 1.5 times as long within a third of `tolerance` [rad]; `error` of the result is the
     pilot's. With a `rod_lag` in the state each case has steps of its own, which end where the fields along its rods
     turn, and each is compared so: `errors`. A tumbling satellite may be chaotic, so that no step holds the tolerance:
-    a warning says so, `unresolved` lists it. With `max_step` [s] the step is given and not checked. A case that cannot
-    be moved, for its state or its own satellite, or whose motion is not finite, is NaN and listed in `diverged`; the
-    others are as they are without it.
+    `unresolved` lists it, and a warning says so unless `warn` is false. With `max_step` [s] the step is given and not
+    checked. A case that cannot be moved, for its state or its own satellite, or whose motion is not finite, is NaN and
+    listed in `diverged`; the others are as they are without it.
     Raises ValueError as `simulate` does for what is common to all.
     """
     varies = spacecraft.inertia.ndim == 3
@@ -78,14 +79,14 @@ def simulate_many(
         found[kept] = batch.run(np.arange(kept.size), step)
     motion = trajectory(found, error, batch.rods)
     if max_step is None and batch.in_lanes:
-        motion = _with_errors(motion, errors, tolerance)
+        motion = _with_errors(motion, errors, tolerance, warn)
     return motion if axes is None else _in_body_axes(motion, axes)
 
 
-def _with_errors(motion: Trajectory, errors: np.ndarray, tolerance: float) -> Trajectory:
+def _with_errors(motion: Trajectory, errors: np.ndarray, tolerance: float, warn: bool) -> Trajectory:
     """What is known of each case; a motion that cannot be held is told loudly and kept."""
     unresolved = tuple(np.flatnonzero(errors > tolerance).tolist())
-    if unresolved:
+    if unresolved and warn:
         warnings.warn(
             f"simulate_many: {len(unresolved)} of {len(errors)} motions are not within {tolerance:g} rad, whatever the "
             "steps: they are chaotic. `unresolved` lists them, `errors` has the error of each",

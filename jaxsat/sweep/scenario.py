@@ -12,6 +12,7 @@ import numpy as np
 from jaxsat.errors import InputError
 from jaxsat.sweep.history import History
 from jaxsat.sweep.inputs import PREFIX, Input, check_inputs
+from jaxsat.sweep.pinned import pinned
 
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _OWN_COLUMNS = ("case", "status")
@@ -134,6 +135,8 @@ class Option:
     default: str
     meaning: str
     """With the unit, where the name does not carry it."""
+    file: bool = False
+    """Whether it is the path of a file, whose content is then part of what the sweep is (`jaxsat.sweep.pinned`)."""
 
 
 @dataclass(frozen=True)
@@ -159,7 +162,8 @@ class Factory:
                 known = f"options are {', '.join(names)}" if names else "there are none"
                 hint = f"did you mean {close[0]}?" if close else known
                 raise InputError(f"no such option of this scenario; {hint}", field=name)
-        return {option.name: given.get(option.name, option.default) for option in self.options}
+        found = {option.name: given.get(option.name, option.default) for option in self.options}
+        return found | {o.name: pinned(found[o.name], name=o.name) for o in self.options if o.file}
 
 
 def number_of(options: Mapping[str, str], name: str, *, low: float = -math.inf, high: float = math.inf) -> float:
@@ -205,6 +209,19 @@ class Reader:
         """A number from `low` to `high`."""
         return number_of(self.options, name, low=low, high=high)
 
+    def number_or(self, name: str, word: str, *, low: float = -math.inf, high: float = math.inf) -> float | None:
+        """A number from `low` to `high`; None for the word."""
+        if self.options[name] == word:
+            return None
+        try:
+            return number_of(self.options, name, low=low, high=high)
+        except InputError as error:
+            raise InputError(error.reason.replace("expected", f"expected {word} or", 1), field=name) from None
+
     def choice(self, name: str, words: Any) -> Any:
         """One of the words of a `Literal`."""
         return choice_of(self.options, name, get_args(words))
+
+    def word(self, name: str, words: tuple[str, ...]) -> str:
+        """One of a few words."""
+        return choice_of(self.options, name, words)

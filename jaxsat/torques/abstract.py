@@ -40,6 +40,8 @@ class BodyEnvironment(eqx.Module):
     """What coils and wheels were commanded, by the name of the column."""
     command_rates: Mapping[str, Float[Array | np.ndarray, ""]] | None = None
     """Rates of commands that change in a straight line [1/s]."""
+    time: Float[Array, ""] | None = None
+    """On the clock of the orbit's table, on which its orbit is given [s]; None where the table has none."""
 
 
 class AbstractTorque(eqx.Module):

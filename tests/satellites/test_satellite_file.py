@@ -1,6 +1,7 @@
 """Satellite files of any sensors: what they give, and every wrong key at once."""
 
 import math
+import re
 
 import jax
 import numpy as np
@@ -9,6 +10,7 @@ from satellite_text import BODY, MAG
 
 from jaxsat.errors import InputError
 from jaxsat.satellites import Satellite, read_numbers, read_satellite
+from jaxsat.satellites.actuators import torquers_of, wheels_of
 from jaxsat.satellites.model import array_at, nominal_values, with_values
 
 
@@ -450,3 +452,35 @@ sigma = 3.0
     assert value(found, "sun.gain.-z") == 1.1 and leaf(found, "sun.tilts.+x.y").sigma == pytest.approx(math.radians(3))
     with pytest.raises(InputError, match=r"channels.sun.unit: expected a unit of rad"):
         read(file(BODY + text.replace('unit = "deg"', 'unit = "A"')))
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ('[[coils]]\naxis = "+x"\n', "give column and area_turns_m2 where telemetry tells its current"),
+        ('[[coils]]\naxis = "+x"\ncolumn = "i"\nmax_dipole_A_m2 = 0.2\n', "column and area_turns_m2 go together"),
+        ('[[coils]]\naxis = "+x"\nmax_dipole_A_m2 = 0.2\nresidual = 1.5\n', "coils[0].residual"),
+        ('[[wheels]]\naxis = "+x"\ninertia = 1e-6\n', "give column where telemetry tells its rate"),
+        ('[[wheels]]\naxis = "+x"\ninertia = 1e-6\nmax_torque_N_m = 1e-4\n', "max_torque_N_m and max_speed_rpm go"),
+        ('[[wheels]]\naxis = "+x"\ninertia = 0.0\nmax_torque_N_m = 1e-4\nmax_speed_rpm = 8e3\n', "inertia: expected"),
+    ],
+)
+def test_coils_and_wheels_say_what_they_are_for(file, text, told):
+    with pytest.raises(InputError, match=re.escape(told)):
+        read_satellite(file(BODY + MAG + text))
+
+
+def test_coils_and_wheels_for_control_laws_are_none_of_the_fits(file):
+    coil = "[[coils]]\naxis = [0, 0, 2.0]\nmax_dipole_A_m2 = 0.3\nresidual = 0.1\n"
+    wheel = '[[wheels]]\naxis = "{}"\ninertia = 2e-6\nmax_torque_N_m = 1e-4\nmax_speed_rpm = 6000.0\n'
+    telemetered = '[[coils]]\naxis = "+x"\narea_turns_m2 = 2.0\ncolumn = "i"\n'
+    satellite = read_satellite(file(BODY + MAG + coil + telemetered + "".join(map(wheel.format, ("+x", "+y", "+z")))))
+    assert len(satellite.model.spacecraft.parts) == 1 and list(satellite.columns) == ["i"]
+    names = [leaf.name for leaf in satellite.leaves]
+    assert "coils.1.area_turns" in names and not any(name.startswith("wheels") for name in names)
+    torquers, wheels = torquers_of(satellite), wheels_of(satellite)
+    np.testing.assert_allclose(torquers.axes, [[0, 0, 1.0]])
+    assert float(torquers.max_dipole[0]) == 0.3 and float(torquers.residual[0]) == 0.1
+    np.testing.assert_allclose(wheels.max_speed, 200.0 * np.pi)
+    with pytest.raises(InputError, match=r"has no three \[\[wheels\]\]"):
+        wheels_of(read_satellite(file(BODY + MAG + wheel.format("+x"))))

@@ -84,6 +84,14 @@ def sweep(
             validator=_check_options,
         ),
     ] = None,
+    satellite: Annotated[
+        Path | None,
+        Parameter(help="Satellite file (TOML) of the scenarios that take one. [default: a bundled CubeSat of 3 units]"),
+    ] = None,
+    orbit: Annotated[
+        Path | None,
+        Parameter(help="TLE, OMM or OEM in place of the orbit of the satellite file. [default: that of the file]"),
+    ] = None,
     listed: Annotated[
         bool,
         Parameter(name="--list", help="Only say what the scenario takes, draws and returns.", negative=()),
@@ -162,6 +170,7 @@ def sweep(
     from jaxsat.cli.sweep.run import SweepRun
     from jaxsat.sweep import CodeError
 
+    given |= {name: str(path) for name, path in (("satellite", satellite), ("orbit", orbit)) if path is not None}
     try:
         if listed:
             list_one(scenario, given)

@@ -56,6 +56,9 @@ class Request:
         except CodeError:
             raise
         except InputError as error:
+            # What is wrong with a file is bad input, what is wrong with an option wrong usage.
+            if error.file is not None:
+                raise
             raise CycloptsError(msg=str(error)) from None
         seed = self.seed if self.seed is not None else stored.seed if stored else SEED
         cases = self.cases if self.cases is not None else stored.cases if stored else CASES

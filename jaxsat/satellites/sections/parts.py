@@ -25,6 +25,7 @@ def _edges(size: tuple[float, float, float]) -> tuple[float, float, float]:
 
 
 Size = Annotated[Vector, AfterValidator(_edges)]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class Body(Section):
@@ -94,29 +95,65 @@ class Rod(Section):
 
 
 class Coil(Section):
-    """A coil without core whose current a column tells; it holds its command until the next row."""
+    """A coil or a magnetorquer: one whose current a column tells, or one that a control law commands, or both.
+
+    A column's command holds until its next row; what no column tells is off in a fit.
+    """
 
     axis: Direction
     """Of its dipole for a positive current."""
-    area_turns_m2: Scalar
-    """Area times turns: A m2 for each A."""
-    column: str
+    area_turns_m2: Scalar | None = None
+    """Area times turns: A m2 for each A of the column."""
+    column: str | None = None
     """In which its current stands."""
     unit: UnitText = "A"
     """Of the column."""
+    max_dipole_A_m2: Positive | None = None
+    """Largest dipole that a control law can command."""
+    residual: Share = 0.0
+    """Share of the dipole that is left when a control law has switched it off, as in a core."""
+
+    @model_validator(mode="after")
+    def _one_use(self):
+        if (self.column is None) != (self.area_turns_m2 is None):
+            raise ValueError("column and area_turns_m2 go together: a current, and the dipole of one of it")
+        if self.column is None and self.max_dipole_A_m2 is None:
+            raise ValueError("give column and area_turns_m2 where telemetry tells its current, or max_dipole_A_m2")
+        return self
 
 
 class Wheel(Section):
-    """A wheel whose rate a column tells."""
+    """A wheel whose rate a column tells, or that a control law commands, or both.
+
+    Without a column it is at rest in a fit.
+    """
 
     axis: Direction
     """About which it turns with a positive rate."""
     inertia: Scalar
-    """About its axis [kg m2]."""
-    column: str
+    """About its axis [kg m2]; that of the body contains it."""
+    column: str | None = None
     """In which its rate against the body stands."""
     unit: UnitText = "rad/s"
     """Of the column."""
+    max_torque_N_m: Positive | None = None
+    """Largest torque of its motor, for a control law."""
+    max_speed_rpm: Positive | None = None
+    """Largest rate against the body, for a control law."""
+    coulomb_N_m: NonNegative = 0.0
+    """Dry friction, for a control law."""
+    viscous_N_m_s: NonNegative = 0.0
+    """Friction over rate, for a control law."""
+
+    @model_validator(mode="after")
+    def _one_use(self):
+        if (self.max_torque_N_m is None) != (self.max_speed_rpm is None):
+            raise ValueError("max_torque_N_m and max_speed_rpm go together: what a control law can have of it")
+        if self.column is None and self.max_torque_N_m is None:
+            raise ValueError("give column where telemetry tells its rate, or max_torque_N_m and max_speed_rpm")
+        if self.max_torque_N_m is not None and not self.inertia.value > 0.0:
+            raise ValueError("inertia: expected a value above zero for a control law")
+        return self
 
 
 class Residual(Section):

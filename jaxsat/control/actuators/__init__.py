@@ -1,0 +1,8 @@
+"""Magnetorquers and reaction wheels, as any loop may have them."""
+
+from jaxsat.control.actuators.torquers import Magnetorquers as Magnetorquers
+from jaxsat.control.actuators.torquers import torquer_dipoles as torquer_dipoles
+from jaxsat.control.actuators.wheels import ReactionWheels as ReactionWheels
+from jaxsat.control.actuators.wheels import friction as friction
+from jaxsat.control.actuators.wheels import motor_torques as motor_torques
+from jaxsat.control.actuators.wheels import stored_momentum as stored_momentum

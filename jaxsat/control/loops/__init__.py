@@ -1,0 +1,35 @@
+"""Closed loops of any satellite: `loop(plant, estimator, controller, schedule)`, and what they are made of."""
+
+from jaxsat.control.loops.controllers import AbstractController as AbstractController
+from jaxsat.control.loops.controllers import Commands as Commands
+from jaxsat.control.loops.controllers import FieldDifference as FieldDifference
+from jaxsat.control.loops.controllers import Idle as Idle
+from jaxsat.control.loops.controllers import RateAcrossField as RateAcrossField
+from jaxsat.control.loops.estimators import AbstractEstimator as AbstractEstimator
+from jaxsat.control.loops.estimators import AsRead as AsRead
+from jaxsat.control.loops.estimators import Estimate as Estimate
+from jaxsat.control.loops.estimators import Now as Now
+from jaxsat.control.loops.estimators import Perfect as Perfect
+from jaxsat.control.loops.loop import LoopState as LoopState
+from jaxsat.control.loops.loop import Plant as Plant
+from jaxsat.control.loops.loop import first_state as first_state
+from jaxsat.control.loops.loop import loop as loop
+from jaxsat.control.loops.pointing import Pointing as Pointing
+from jaxsat.control.loops.pointing import PointingWatch as PointingWatch
+from jaxsat.control.loops.readings import Channel as Channel
+from jaxsat.control.loops.readings import Reading as Reading
+from jaxsat.control.loops.readings import channel as channel
+from jaxsat.control.loops.samples import Sample as Sample
+from jaxsat.control.loops.schedule import Schedule as Schedule
+from jaxsat.control.loops.schedule import step_within as step_within
+from jaxsat.control.loops.timeline import Instant as Instant
+from jaxsat.control.loops.timeline import Stage as Stage
+from jaxsat.control.loops.timeline import Timeline as Timeline
+from jaxsat.control.loops.timeline import timeline as timeline
+from jaxsat.control.loops.vehicle import Motion as Motion
+from jaxsat.control.loops.vehicle import Vehicle as Vehicle
+from jaxsat.control.loops.vehicle import momentum as momentum
+from jaxsat.control.loops.vehicle import motion_rates as motion_rates
+from jaxsat.control.loops.vehicle import vehicle as vehicle
+from jaxsat.control.loops.watches import AbstractWatch as AbstractWatch
+from jaxsat.control.loops.watches import RateWatch as RateWatch

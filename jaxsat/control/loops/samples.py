@@ -1,0 +1,20 @@
+"""A control period of a loop as a person would plot it."""
+
+import equinox as eqx
+from jaxtyping import Array, Float
+
+from jaxsat.control.loops.estimators import Estimate
+from jaxsat.control.loops.readings import Reading
+from jaxsat.control.loops.vehicle import Motion
+
+
+class Sample(eqx.Module):
+    """One control period: its beginning, and what was commanded then."""
+
+    motion: Motion
+    readings: dict[str, Reading]
+    estimate: Estimate
+    dipoles: Float[Array, " torquers"] | None
+    """[A m^2]"""
+    motors: Float[Array, " wheels"] | None
+    """[N m]"""

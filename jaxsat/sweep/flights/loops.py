@@ -1,0 +1,163 @@
+"""Cases of a closed loop of any satellite: drawn, run many at once, or one with its history."""
+
+import dataclasses
+import functools
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Key
+
+from jaxsat.control import closed_loop
+from jaxsat.control.actuators import Magnetorquers, ReactionWheels
+from jaxsat.control.loops import (
+    AbstractController,
+    AbstractEstimator,
+    AbstractWatch,
+    Channel,
+    LoopState,
+    Motion,
+    Plant,
+    Sample,
+    Schedule,
+    Timeline,
+    Vehicle,
+    first_state,
+    loop,
+    vehicle,
+)
+from jaxsat.control.loops.vehicle import inverse_without_wheels, own_parts
+from jaxsat.math.one_function import first_that_compiles, in_one_function
+from jaxsat.satellites.model import Model
+from jaxsat.simulate.lane_loop import WIDE
+from jaxsat.sweep.flights.flight import Flight
+from jaxsat.sweep.flights.spread import Spread, drawn_model
+from jaxsat.sweep.scenario import case_keys
+
+Start = Callable[[Key[Array, ""]], tuple[Float[Array, "4"], Float[Array, "3"]]]
+"""Attitude and rate of a case at t = 0 by its key."""
+
+
+class Drawn(eqx.Module):
+    """Cases as they begin; leaves with the cases in front, or common to all."""
+
+    motion: Motion
+    vehicle: Vehicle
+    channels: dict[str, Channel]
+    numbers: Float[Array, "cases leaves"]
+    """Of the satellite file, SI."""
+    key: Key[Array, " cases"]
+    """Of the noise."""
+
+
+@dataclass(frozen=True)
+class LoopCases:
+    """A closed loop and what its cases are drawn from."""
+
+    flight: Flight
+    spread: Spread
+    channels: Mapping[str, Channel]
+    names: Mapping[str, str]
+    """Of the sensors in the satellite file."""
+    torquers: Magnetorquers | None
+    wheels: ReactionWheels | None
+    estimator: AbstractEstimator
+    controller: AbstractController
+    schedule: Schedule
+    watch: AbstractWatch
+    start: Start
+    timeline: Callable[[], Timeline]
+    """Tabulated when it is first asked for."""
+    noisy: bool = True
+
+    @functools.cached_property
+    def nominal(self) -> Vehicle:
+        """The vehicle of the file's own numbers."""
+        return vehicle(self.flight.satellite.model.spacecraft, self.torquers, self.wheels)
+
+    @property
+    def periods(self) -> int:
+        """Control periods of a case."""
+        return len(self.timeline().instants.time)
+
+    def draw(self, seed: int, cases: np.ndarray) -> Drawn:
+        """Cases by their numbers."""
+        return self._draw(case_keys(seed, cases))
+
+    def run(self, drawn: Drawn) -> LoopState:
+        """Their states at the end."""
+        return self._run(self.timeline(), drawn)
+
+    def history(self, drawn: Drawn, number: int = 0) -> tuple[LoopState, Sample]:
+        """State at the end and samples [periods ...] of one of them."""
+        return self._history(self.timeline(), drawn, number)
+
+    @functools.cached_property
+    def _draw(self):
+        model = self.flight.satellite.model
+
+        def draw(keys):
+            q, w, spread, noise = jax.vmap(self._begin)(keys)
+            changed, numbers = drawn_model(self.spread, model, spread)
+            speed = None if self.wheels is None else jnp.zeros((len(keys), len(self.wheels.inertia)))
+            own = self._vehicles(changed)
+            channels = {
+                sight: eqx.tree_at(lambda c: c.sensor, one, changed.sensors[self.names[sight]])
+                if sight in self.names
+                else one
+                for sight, one in self.channels.items()
+            }
+            return Drawn(Motion(q, w, speed), own, channels, numbers, noise)
+
+        return jax.jit(draw)
+
+    def _begin(self, key):
+        start, spread, noise = jax.random.split(key, 3)
+        return *self.start(start), spread, noise
+
+    def _vehicles(self, model: Model) -> Vehicle:
+        """The nominal vehicle with the spacecraft of the cases."""
+        craft, nominal = model.spacecraft, self.nominal
+        craft = dataclasses.replace(craft, parts=own_parts(craft.parts))
+        inverse = nominal.inverse_inertia
+        if craft.inertia.ndim == 3:
+            inverse = jax.vmap(lambda inertia: inverse_without_wheels(inertia, self.wheels))(craft.inertia)
+        return Vehicle(craft, inverse, nominal.torquers, nominal.wheels)
+
+    def _plant(self, around: Timeline) -> Plant:
+        return Plant(self.nominal, self.channels, around)
+
+    def _loop(self, around: Timeline):
+        given = (self._plant(around), self.estimator, self.controller, self.schedule)
+        return loop(*given, watch=self.watch, noisy=self.noisy)
+
+    def _first(self, around: Timeline, motion: Motion) -> LoopState:
+        return first_state(self._plant(around), self.estimator, self.controller, motion, watch=self.watch)
+
+    @functools.cached_property
+    def _run(self):
+        def run(around, drawn):
+            start = jax.vmap(functools.partial(self._first, around))(drawn.motion)
+            fixed = (drawn.vehicle, drawn.channels, self.estimator, self.controller)
+            return closed_loop.run_cases(self._loop(around), fixed, start, drawn.key, _count(around))
+
+        return first_that_compiles(jax.jit(in_one_function(run), **WIDE), jax.jit(run, **WIDE))
+
+    @functools.cached_property
+    def _history(self):
+        @jax.jit
+        def alone(around, drawn, number):
+            motion = jax.tree.map(lambda leaf: leaf[number], drawn.motion)
+            fixed = (drawn.vehicle, drawn.channels, self.estimator, self.controller)
+            start = self._first(around, motion)
+            made = self._loop(around)
+            return closed_loop.run_one(made, fixed, start, drawn.key[number], _count(around), number=number)
+
+        return alone
+
+
+def _count(around: Timeline) -> int:
+    return around.instants.time.shape[0]

@@ -1,0 +1,64 @@
+"""Pointing from a satellite file: cases settle, are alike in every chunk, and say what is wrong with their options."""
+
+import math
+
+import numpy as np
+import pytest
+
+from jaxsat.bundled import CUBESAT
+from jaxsat.errors import InputError
+from jaxsat.sweep import drawn_inputs, run_cases
+from jaxsat.sweep.scenarios.point import make
+
+SCENARIO = make({"orbits": "0.09", "period_s": "2", "pressure": "off", "limit_deg": "3", "rate_deg_s": "0.1"})
+CASES = np.arange(SCENARIO.chunk, dtype=np.int64)
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return run_cases(SCENARIO, 2, CASES)
+
+
+def test_cases_settle_within_what_gyro_and_friction_leave(whole):
+    assert np.mean(whole["status"] == 0) > 0.95
+    good = whole["status"] == 0
+    assert np.all(whole["largest_error_deg"][good] < 3.0)
+    np.testing.assert_array_equal(good, np.isfinite(whole["settling_time_s"]))
+    # A bias b of the gyro holds the attitude off by 2 z b / f, here 0.32 deg for a sigma of 0.02 deg/s.
+    drawn = drawn_inputs(SCENARIO, 2, CASES)
+    bias = np.linalg.norm([drawn[f"in_gyro_bias_{c}_deg_s"] for c in "xyz"], axis=0)
+    assert np.corrcoef(bias[good], whole["rms_error_deg"][good])[0, 1] > 0.5
+    assert np.all((whole["wheel_share"] > 0.0) & (whole["wheel_share"] < 1.0))
+
+
+def test_a_case_does_not_depend_on_the_others_of_its_chunk(whole):
+    """The last bits too, where its place in the chunk is its own."""
+    others = CASES + 7 * SCENARIO.chunk
+    others[100] = 100
+    mixed = run_cases(SCENARIO, 2, others)
+    for name, values in whole.items():
+        assert mixed[name][100].tobytes() == values[100].tobytes()
+
+
+def test_the_history_is_that_of_the_case(whole):
+    assert SCENARIO.history is not None
+    history = SCENARIO.history(2, 5)
+    late = slice(-math.ceil(0.25 * len(history.t_s)), None)
+    # The last digits may differ.
+    assert np.sqrt(np.mean(history.columns["error_deg"][late] ** 2)) == pytest.approx(
+        whole["rms_error_deg"][5], rel=1e-3
+    )
+    assert "wheel_2_rpm" in history.columns
+
+
+def test_options_are_checked(tmp_path):
+    file = tmp_path / "sat.toml"
+    file.write_text(CUBESAT.read_text("utf-8").replace('axis = "+z"\ninertia', 'axis = "+y"\ninertia'))
+    for given, told in (
+        ({"second": "-z"}, "second: expected another direction"),
+        ({"axis": "up"}, "axis: expected one of"),
+        ({"target": "moon"}, "target: expected one of sun, nadir, inertial"),
+        ({"satellite": str(file)}, r"has no three \[\[wheels\]\]"),
+    ):
+        with pytest.raises(InputError, match=told):
+            make(given)
