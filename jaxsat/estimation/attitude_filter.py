@@ -140,24 +140,11 @@ class AttitudeFilter(eqx.Module):
         Joseph's form of the covariance. Further looks are Gauss-Newton's steps to the most probable d (Bell & Cathey
         1993). Then the reference turns by d, and with it the axes of the errors (Mueller, Hehn & D'Andrea 2017).
         """
+        gain, gradient, information, square, freedom, change = _looked(belief, readings, None)
+        for _ in range(self.looks - 1):
+            gain, gradient, information, square, freedom, change = _looked(belief, readings, change[:3])
         P = belief.covariance
         eye = jnp.eye(3, dtype=P.dtype)
-        change, axes = jnp.zeros(6, P.dtype), eye
-        for look in range(self.looks):
-            q = _turned(belief.quaternion, change[:3])
-            gradient, information, square, freedom = _said(q, readings)
-            if look:
-                # Told of turns from where it is now; asked for is the rotation vector from the belief.
-                axes = mean_turn(change[:3])
-                gradient, information = axes.T @ gradient, axes.T @ information @ axes
-                shift = information @ change[:3]
-                square = square + (2.0 * gradient + shift) @ change[:3]
-                gradient = gradient + shift
-            gain = P[:, :3] @ inverse_3x3(eye + information @ P[:3, :3])
-            # Or XLA would compute each look anew for every number of the next.
-            gain, gradient, information, square, change = jax.lax.optimization_barrier(
-                (gain, gradient, information, square, gain @ gradient)
-            )
         # What the innovations are less what the update explains of them.
         surprise = square - gradient @ change[:3]
         kept = jnp.eye(6, dtype=P.dtype) - gain @ jnp.concatenate([information, jnp.zeros_like(eye)], axis=1)
@@ -173,6 +160,26 @@ class AttitudeFilter(eqx.Module):
 
 def _turned(q, angle):
     return quaternion.normalize(quaternion.multiply(q, quaternion.from_rotation_vector(angle)))
+
+
+def _looked(belief, readings, turn):
+    """What the readings say of the rotation vector as seen from `turn`, where a look before has led, and what follows.
+
+    Gain [6 3], gradient, information, squared innovations, their number, and the change [6].
+    """
+    P = belief.covariance
+    q = belief.quaternion if turn is None else _turned(belief.quaternion, turn)
+    gradient, information, square, freedom = _said(q, readings)
+    if turn is not None:
+        # Told of turns from where it is now; asked for is the rotation vector from the belief.
+        axes = mean_turn(turn)
+        gradient, information = axes.T @ gradient, axes.T @ information @ axes
+        shift = information @ turn
+        square = square + (2.0 * gradient + shift) @ turn
+        gradient = gradient + shift
+    gain = P[:, :3] @ inverse_3x3(jnp.eye(3, dtype=P.dtype) + information @ P[:3, :3])
+    # Or XLA would compute each look anew for every number of the next.
+    return jax.lax.optimization_barrier((gain, gradient, information, square, freedom, gain @ gradient))
 
 
 def _said(q, readings):
