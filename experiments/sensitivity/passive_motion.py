@@ -1,9 +1,9 @@
 """Days of motion of many passive satellites at once: magnet along body x, hysteresis rods along y and z.
 
-The equations are the library's, with gravity gradient and the air's drag off the centre of mass; each case is a lane of one scan (`jaxsat.math.case_scan`), an orbit a call, in steps of
-one length. What is kept of an orbit is the mean of 2 (1 - cos) of the angle between magnet and field, which is the mean
-square of a small angle. All is a function of JAX of the satellites' numbers: derivatives flow through any number of
-orbits in forward mode (`slopes_by_orbit`).
+The equations are the library's, with gravity gradient and the air's drag off the centre of mass; each case is a lane of
+one scan (`jaxsat.math.case_scan`), an orbit a call, in steps of one length. What is kept of an orbit is the mean of
+2 (1 - cos) of the angle between magnet and field, which is the mean square of a small angle. All is a function of JAX of
+the satellites' numbers: derivatives flow through any number of orbits in forward mode (`slopes_by_orbit`).
 """
 
 from collections.abc import Callable
@@ -111,7 +111,7 @@ def _step(numbers, h, carry, nodes):
     """One step of RK4 along the branches of the rods, brought to where their turns lead (`attitude_step`), and the
     sum of 2 (1 - cos) and of the squared rate about the magnet."""
     hold, (state, sums), body = jax.lax.optimization_barrier, carry, body_of(*numbers)
-    begin, middle, end = (jax.tree.map(lambda x: x[k], nodes) for k in range(3))
+    begin, middle, end = (jax.tree.map(lambda x, k=k: x[k], nodes) for k in range(3))
     before = rod_fields(state, begin, body)
 
     def slope(state, point):
@@ -126,7 +126,7 @@ def _step(numbers, h, carry, nodes):
 
 
 def _orbit(numbers: Numbers, state: AttitudeState, table: OrbitTable, step: float | Float[Array, ""]):
-    """States an orbit later, and means over it [cases, 2] of 2 (1 - cos) [rad^2] and of the squared spin [rad^2/s^2]."""
+    """States an orbit later; means [cases, 2] of 2 (1 - cos) [rad^2] and of the squared spin [rad^2/s^2] over it."""
     columns, structure = jax.tree.flatten(jax.tree.map(jnp.asarray, table))
     numbers = jax.tree.map(jnp.asarray, tuple(numbers))
     of_case, of_step = jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape[1:], x.dtype), (numbers, tuple(columns)))
