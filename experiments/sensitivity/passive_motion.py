@@ -2,8 +2,8 @@
 
 The equations are the library's, with gravity gradient and the air's drag off the centre of mass; each case is a lane of
 one scan (`jaxsat.math.case_scan`), an orbit a call, in steps of one length. What is kept of an orbit is the mean of
-2 (1 - cos) of the angle between magnet and field, which is the mean square of a small angle. All is a function of JAX of
-the satellites' numbers: derivatives flow through any number of orbits in forward mode (`slopes_by_orbit`).
+2 (1 - cos) of the angle between magnet and field, which is the mean square of a small angle. All is a function of
+the satellites' numbers in JAX: derivatives flow through any number of orbits in forward mode (`slopes_by_orbit`).
 """
 
 from collections.abc import Callable

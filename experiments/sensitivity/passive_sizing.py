@@ -195,7 +195,7 @@ def main() -> None:
 
 
 def finer(design: np.ndarray, starts: dict[str, np.ndarray], angles: np.ndarray, count: int) -> dict[str, Any]:
-    """The first cases again in half the steps: each motion is another, for it is chaotic; what becomes of all is not."""
+    """The first cases again in half the steps: each motion is another, being chaotic; what becomes of all is not."""
     few = {name: each[:count] for name, each in starts.items()}
     half, _ = flown(np.tile(design, (count, 1)), few, orbits_of(ORBITS, STEP_S / 2.0))
     off = np.log(wobble(half) / wobble(angles[:count]))
