@@ -4,6 +4,9 @@ import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from jaxsat.cli.shared.talk import Talk
 from jaxsat.cli.sweep.files import finish, sweep_summary
@@ -38,7 +41,17 @@ class SweepRun:
     resuming: str
 
     def carry_out(self, *, resume: bool, imported: float, began: float, plots: bool, talk: Talk) -> int:
-        """Runs what is missing, and merges where that was the last."""
+        """Runs what is missing, and merges and tells where that was the last."""
+        done = self.complete(resume=resume, imported=imported, began=began, plots=plots, talk=talk)
+        if done is not None:
+            summary = sweep_summary(*done, whole=talk.verbose)
+            talk.result(summary, f"\nresults in {self.out}", document=self.out / "summary.json")
+        return 0
+
+    def complete(
+        self, *, resume: bool, imported: float, began: float, plots: bool, talk: Talk
+    ) -> tuple[dict[str, Any], np.ndarray] | None:
+        """Runs what is missing; the summary's content and the status numbers [cases], None where some is still so."""
         if resume and read_plan(self.out) is None:
             talk.note(f"{self.out} holds no sweep yet: beginning it")
         begun = claim(self.out, self.plan, resume=resume, shard=self.shard)
@@ -60,11 +73,8 @@ class SweepRun:
         if absent:
             missing_still = f"{self.plan.scenario}: {absent} of {self.plan.chunks} chunks are still missing"
             talk.note(f"{missing_still}: other shards have to run, or one run of all: {self.resuming}")
-            return 0
-        content, status = finish(self.scenario, self.plan, self.out, ran=ran, timing=timing, began=began, plots=plots)
-        summary = sweep_summary(content, status, whole=talk.verbose)
-        talk.result(summary, f"\nresults in {self.out}", document=self.out / "summary.json")
-        return 0
+            return None
+        return finish(self.scenario, self.plan, self.out, ran=ran, timing=timing, began=began, plots=plots)
 
     def _run(self, missing: list[int], talk: Talk) -> tuple[int, dict[str, float]]:
         """Runs chunks; returns the number of their cases and how long the first one and all of them took [s]."""
