@@ -8,6 +8,9 @@ the design (Gaussian smoothing: Nesterov & Spokoiny 2017, eq. 21), which any met
 
 Each start is run twice, with u and with -u (Hammersley & Morton 1956), and the slopes are the least squares of the half
 differences on s u, with errors that need no noise of one size (HC3: MacKinnon & White 1985).
+
+All numbers move at once, for what a chaotic motion does is noise to each slope whatever moves it. Where cases are not
+chaotic but stairs, each number is better moved alone: `jaxsat.control.sun_pointing.sensitivities`.
 """
 
 from collections.abc import Callable, Sequence

@@ -93,7 +93,7 @@ def sensitivity(
     instants: Annotated[
         int | None,
         Parameter(
-            help="On so many instants at most, each of which takes a second. [default: 64]",
+            help="Scenarios begin on so many instants, 64 of them on each by turns. [default: 64]",
             converter=whole_number,
             validator=validators.Number(gte=1, lte=100_000),
         ),
