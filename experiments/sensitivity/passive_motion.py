@@ -22,7 +22,7 @@ from jaxsat.math import cross, quaternion
 from jaxsat.math.case_scan import scan_cases
 from jaxsat.math.runge_kutta import RK4, runge_kutta_step
 from jaxsat.math.scalars import elements
-from jaxsat.simulate.turns import past_turns, rod_fields
+from jaxsat.simulate.turns import past_turns, rod_fields, rods_of
 from jaxsat.spacecraft import HysteresisRods, Spacecraft
 from jaxsat.torques import AbstractTorque, lag_from_induction
 from jaxsat.torques.abstract import BodyEnvironment, required
@@ -57,7 +57,8 @@ class OffCentreDrag(AbstractTorque):
 
     def __call__(self, spacecraft: Spacecraft, around: BodyEnvironment) -> Float[Array, "3"]:
         v = required(around.air_velocity_body, "OffCentreDrag", "OrbitTable.air_velocity_eci", "an atmosphere")
-        return cross(self.centre, -0.5 * DRAG_AREA * around.air_density * jnp.sqrt(jnp.sum(v**2)) * v)
+        density = required(around.air_density, "OffCentreDrag", "OrbitTable.air_density", "an atmosphere")
+        return cross(self.centre, -0.5 * DRAG_AREA * density * jnp.sqrt(jnp.sum(v**2)) * v)
 
 
 class Orbits(NamedTuple):
@@ -102,7 +103,7 @@ def demagnetised(numbers: Numbers, q: np.ndarray, w: np.ndarray, orbits: Orbits)
 
     def lag(q, *of_case):
         b_field = quaternion.rotate_inverse(q, jnp.asarray(orbits.tables[0].b_field_eci[0, 0]))
-        return lag_from_induction(body_of(*of_case).spacecraft.hysteresis_rods, jnp.zeros(2), b_field)
+        return lag_from_induction(rods_of(body_of(*of_case)), jnp.zeros(2), b_field)
 
     return AttitudeState(q, w, jax.jit(jax.vmap(lag))(jnp.asarray(q), *map(jnp.asarray, numbers)))
 

@@ -31,16 +31,11 @@ def constant_orbit():
     zero = np.zeros((STEPS, 3, 3))
     # The air pushes against the velocity.
     table = OrbitTable(
-        **{
-            name: jnp.asarray(each)
-            for name, each in dict(
-                position_eci=1e12 * along,
-                b_field_eci=FIELD * along,
-                b_rate_eci=zero,
-                air_velocity_eci=-AIR_SPEED * along,
-                air_density=np.full((STEPS, 3), AIR_DENSITY),
-            ).items()
-        }
+        position_eci=jnp.asarray(1e12 * along),
+        b_field_eci=jnp.asarray(FIELD * along),
+        b_rate_eci=jnp.asarray(zero),
+        air_velocity_eci=jnp.asarray(-AIR_SPEED * along),
+        air_density=jnp.full((STEPS, 3), AIR_DENSITY),
     )
     return Orbits([table], PERIOD / STEPS, PERIOD)
 

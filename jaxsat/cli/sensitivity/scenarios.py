@@ -5,7 +5,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from cyclopts import CycloptsError
 
@@ -47,8 +47,8 @@ def run_scenarios(
     place: Path,
     given: Mapping[str, object],
     draws: "Draws",
-    chosen: Mapping[str, str | None],
-    files: Mapping[str, Path | None],
+    chosen: Mapping[str, Any],
+    files: Mapping[str, Any],
     *,
     out: Path,
     resume: bool,
