@@ -33,9 +33,9 @@ CHUNK = 8 * EACH
 """Scenarios of a chunk: eight instants."""
 ROOM_BYTES = 2**28
 """For what belongs to instants."""
-TOLERANCE = 2e-3
-"""Error of the integrated attitude at the fastest spin [rad], which changes a sigma by less than 1e-4 in the median and
-by 1 % in the worst of 512 cases that were tried with steps five times as short."""
+TOLERANCE = 5e-3
+"""Error of the integrated attitude at the fastest spin [rad]: a sigma is off by 2e-4 in the median and by 2 % in the
+worst of 512 cases that were tried with steps five times as short."""
 NAME = "sensitivity"
 OWN = {
     "sun_deg": Metric("deg", "of the Sun above the orbit's plane"),

@@ -261,9 +261,9 @@ def test_scenarios_are_what_each_would_be_alone(satellite, mapped, tmp_path):
     }
     alone = vantage_of_plan(own, TwinSettings(**{**dict(PLAN), **start}))
     found = known(alone, choose(alone, ["magnet", "gyro.bias"], ["mag.bias", "inertia.xx=1e-6"]))
-    # Their steps are those of the fastest of all: the motion differs by 1e-5 of a radian.
+    # Their steps are longer; as short as that of one alone they lead to its sigmas to 5e-5.
     for row in quoted(alone, found).rows:
-        assert table[column_of(row.name, row.unit)][case] == pytest.approx(row.sigma, rel=1e-3)
+        assert table[column_of(row.name, row.unit)][case] == pytest.approx(row.sigma, rel=2e-3)
 
 
 def test_scenarios_resumed_and_grown_are_the_same_to_the_bit(satellite, mapped, tmp_path, monkeypatch, capsys):
