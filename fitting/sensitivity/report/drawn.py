@@ -1,6 +1,5 @@
-"""Scenarios as JSON, table and picture: percentiles, by spin rate and by the Sun's angle to the orbit's plane."""
+"""Scenarios as JSON and picture: percentiles, by spin rate and by the Sun's angle to the orbit's plane."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,6 @@ from fitting.sensitivity.report.pictures import ASSUMED, NOISE, PLAIN
 from fitting.sensitivity.scenarios.many import Scenarios
 from jaxsat.plotting.style import dress, head, new_figure
 
-TABLE = "scenarios.parquet"
 PERCENTILES = (5, 50, 95)
 BINS = 8
 LEAST_IN_BIN = 20
@@ -19,7 +17,7 @@ LEAST_IN_BIN = 20
 
 def scenarios_document(found: Scenarios) -> dict[str, Any]:
     """What sensitivity.json says of them."""
-    attitude = np.degrees(found.sigmas.attitude)
+    attitude = found.attitude_deg
     rates, suns = _edges(found.rate_deg_s), _edges(found.sun_deg)
     return {
         "count": found.draws.count,
@@ -27,13 +25,14 @@ def scenarios_document(found: Scenarios) -> dict[str, Any]:
         "days": found.draws.days,
         "spin_deg_s": [found.draws.slowest_deg_s, found.draws.fastest_deg_s],
         "instants": len(np.unique(found.instant_s)),
+        "spread": list(found.spread),
         "seconds": found.seconds,
-        "scenarios_per_s": found.draws.count / max(found.seconds, 1e-9),
+        "scenarios_per_s": found.timed / found.seconds if found.timed else None,
         "without_attitude": int((~np.isfinite(attitude)).sum()),
         "attitude_rms_deg": _percentiles(attitude),
-        "attitude_rms_deg_assumed": _percentiles(np.degrees(found.sigmas.attitude_assumed)),
+        "attitude_rms_deg_assumed": _percentiles(found.attitude_assumed_deg),
         "sigma": {
-            name: {"unit": unit, **_percentiles(found.sigmas.total[:, k])}
+            name: {"unit": unit, **_percentiles(found.sigma[:, k])}
             for k, (name, unit) in enumerate(zip(found.names, found.units, strict=True))
         },
         "by_spin_deg_s": _binned(found.rate_deg_s, rates, attitude),
@@ -42,33 +41,13 @@ def scenarios_document(found: Scenarios) -> dict[str, Any]:
     }
 
 
-def write_scenarios(path: Path, found: Scenarios) -> None:
-    """Writes a Parquet file with a row a scenario, units in the names of its columns."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    columns = {
-        "case": np.arange(found.draws.count),
-        "in_instant_s": found.instant_s,
-        "in_spin_deg_s": found.rate_deg_s,
-        "in_sun_deg": found.sun_deg,
-        "in_lit": found.lit,
-        "attitude_sigma_noise_deg": np.degrees(found.sigmas.attitude_noise),
-        "attitude_sigma_assumed_deg": np.degrees(found.sigmas.attitude_assumed),
-    }
-    for k, (name, unit) in enumerate(zip(found.names, found.units, strict=True)):
-        ending = "" if unit == "1" else "_" + unit.replace("/", "_").replace(" ", "_")
-        columns[f"{name}_sigma{ending}"] = found.sigmas.total[:, k]
-    pq.write_table(pa.table(columns), path)
-
-
 def draw_scenarios(found: Scenarios, subtitle: str) -> Figure:
     """Attitude over spin rate with its spread, and over the Sun's angle and the share of sunlight."""
     figure = new_figure(8.6, 4.2, f"{found.draws.count} scenarios", subtitle)
     left, right = figure.subplots(
         1, 2, gridspec_kw={"left": 0.08, "right": 0.975, "top": 0.82, "bottom": 0.13, "wspace": 0.25}
     )
-    attitude = np.degrees(found.sigmas.attitude)
+    attitude = found.attitude_deg
     edges, suns = _edges(found.rate_deg_s), _edges(found.sun_deg)
     middle = 0.5 * (edges[1:] + edges[:-1])
     rows = _binned(found.rate_deg_s, edges, attitude)
@@ -77,7 +56,7 @@ def draw_scenarios(found: Scenarios, subtitle: str) -> Figure:
     }
     left.fill_between(middle, values[5], values[95], color="#b9dcf2", linewidth=0, label="5 to 95 %")
     left.plot(middle, values[50], color=NOISE, linewidth=1.4, label="half of them")
-    assumed = np.degrees(found.sigmas.attitude_assumed)
+    assumed = found.attitude_assumed_deg
     if (assumed > 0.0).any():
         half = _binned(found.rate_deg_s, edges, assumed)
         left.plot(middle, [row["p50"] for row in half], color=ASSUMED, linewidth=1.2, label="of what is assumed, half")

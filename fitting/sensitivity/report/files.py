@@ -10,7 +10,7 @@ from jaxsat.files.json_files import plain, write_json
 
 FILES = (
     *("sensitivity.json", "report.html", "limits.png", "arc.png", "sampling.png"),
-    *("scenarios.png", "scenarios.parquet"),
+    "scenarios.png",
 )
 """All that may be there."""
 
@@ -20,7 +20,7 @@ def write_sensitivity(
 ) -> None:
     """Writes sensitivity.json, report.html and, with `plots`, pictures into an empty directory.
 
-    `drawn` are scenarios, where there are such: their table too.
+    `drawn` are scenarios, where there are such.
     """
     epoch = found.vantage.samples.epoch.iso(3)
     pictures: dict[str, bytes] = {}
@@ -32,10 +32,9 @@ def write_sensitivity(
         pictures = draw_sensitivity(found, subtitle)
     content = document(found, subject=subject, epoch_utc=epoch)
     if drawn is not None:
-        from fitting.sensitivity.report.drawn import TABLE, draw_scenarios, scenarios_document, write_scenarios
+        from fitting.sensitivity.report.drawn import draw_scenarios, scenarios_document
 
         content["scenarios"] = plain(scenarios_document(drawn))[0]
-        write_scenarios(stage / TABLE, drawn)
         if plots:
             from jaxsat.plotting.style import png_bytes
 

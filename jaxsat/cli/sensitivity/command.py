@@ -90,6 +90,22 @@ def sensitivity(
     days: Annotated[
         float | None, Parameter(help="Days after the instant of the plan on which scenarios begin. [default: 1]")
     ] = None,
+    instants: Annotated[
+        int | None,
+        Parameter(
+            help="Scenarios begin on so many instants, 64 of them on each by turns. [default: 64]",
+            converter=whole_number,
+            validator=validators.Number(gte=1, lte=100_000),
+        ),
+    ] = None,
+    spread: Annotated[
+        str | None,
+        Parameter(
+            help="Numbers of the satellite that differ between scenarios, as inertia,magnet.x=0.001: normal with the "
+            "sigma of the satellite file, or NAME=SIGMA in the unit of results. [default: none]"
+        ),
+    ] = None,
+    resume: Annotated[bool, Parameter(help="Finish the scenarios in DIR: run what is missing.", negative=())] = False,
     satellite: Annotated[
         Path | None, Parameter(help="Of a fit: its satellite file, where that has modules of its own or was moved.")
     ] = None,
@@ -117,7 +133,8 @@ def sensitivity(
     sampling interval. Says where the problem is not regular.
 
     Writes sensitivity.json, pictures and report.html; with --scenarios what
-    many starts would give, scenarios.parquet with a row each.
+    many starts would give: a sweep in DIR/scenarios, cases.parquet with a row
+    each, which --resume finishes whatever has stopped it.
 
     Of the directory of a sweep: which drawn input drives which metric, as
     Sobol indices with 95 % intervals. Writes indices.json and indices.png.
@@ -151,18 +168,21 @@ def sensitivity(
     if (together or apart) and not sweep:
         raise CycloptsError(msg="--together and --apart are those of the directory of a sweep.")
     if sweep:
-        of_others = (free, consider, satellite, config, orbit, commands, scenarios, spin, days)
-        if given or any(value is not None for value in of_others) or parts != PARTS:
+        of_others = (free, consider, satellite, config, orbit, commands, scenarios, spin, days, instants, spread)
+        if given or resume or any(value is not None for value in of_others) or parts != PARTS:
             raise CycloptsError(msg="a sweep takes --together, --apart, --out and --no-plots alone.")
         from jaxsat.cli.sensitivity.sweeps import indices_of
 
         indices_of(place, out, together=together or (), apart=apart or (), plots=plots, talk=talk)
         return 0
-    if place.is_dir() and (given or orbit or commands or scenarios or spin or days is not None):
+    of_scenarios = {"spin": spin, "days": days, "instants": instants, "spread": spread, "resume": resume or None}
+    if place.is_dir() and (
+        given or orbit or commands or scenarios or any(v is not None for v in of_scenarios.values())
+    ):
         options = "--orbit, --start, --duration, --every, --rate, --attitude, --commands, --seed and --scenarios"
         raise CycloptsError(msg=f"{options} are those of a plan; a fit has its own.")
-    if scenarios is None and (spin or days is not None):
-        raise CycloptsError(msg="--spin and --days are those of --scenarios.")
+    if scenarios is None and any(value is not None for value in of_scenarios.values()):
+        raise CycloptsError(msg="--spin, --days, --instants, --spread and --resume are those of --scenarios.")
     if place.is_file() and (satellite or config):
         raise CycloptsError(msg="--satellite and --config belong to the directory of a fit.")
 
@@ -171,28 +191,36 @@ def sensitivity(
     start_jax()
     from fitting.sensitivity.analysis import analysed, timed
     from fitting.sensitivity.report.files import FILES, write_sensitivity
-    from jaxsat.cli.sensitivity.place import check_names, drawn_scenarios, draws_of, found_by, planned
+    from jaxsat.cli.sensitivity.place import check_names, found_by, planned
     from jaxsat.cli.sensitivity.text import sensitivity_text
     from jaxsat.files.staging import staged_directory
 
-    draws = None if scenarios is None else draws_of(scenarios, spin, days, seed)
     names = None if free is None else free.split(",")
     considered = () if consider is None else consider.split(",")
-    with talk.stages("sensitivity") as progress, staged_directory(out, FILES) as stage:
-        progress("reading")
-        drawn = None
-        if place.is_file():
-            vantage = planned(place, given, names, considered, orbit=orbit, commands=commands)
-        else:
-            vantage, fitted = found_by(place, satellite=satellite, config=config)
-            names = _without(fitted, considered) if names is None else names
-            check_names(vantage.satellite, names, considered)
-        found = timed(analysed(vantage, names, considered, parts=parts, progress=progress), time.perf_counter() - began)
+    drawn, draws = None, None
+    if scenarios is not None:
+        from jaxsat.cli.sensitivity.scenarios import Asked, run_scenarios
+
+        draws = Asked(scenarios, spin, days, instants, seed).draws()
+    with staged_directory(out, FILES) as stage:
+        with talk.stages("sensitivity") as progress:
+            progress("reading")
+            if place.is_file():
+                vantage = planned(place, given, names, considered, orbit=orbit, commands=commands)
+            else:
+                vantage, fitted = found_by(place, satellite=satellite, config=config)
+                names = _without(fitted, considered) if names is None else names
+                check_names(vantage.satellite, names, considered)
+            found = analysed(vantage, names, considered, parts=parts, progress=progress)
+            found = timed(found, time.perf_counter() - began)
         if draws is not None:
-            how = {"orbit": orbit, "commands": commands, "progress": progress}
-            drawn = drawn_scenarios(vantage.satellite, given, draws, names, considered, **how)
-        progress("writing results")
-        write_sensitivity(stage, found, subject=str(place), plots=plots, drawn=drawn)
+            files = {"orbit": orbit, "commands": commands}
+            chosen = {"free": free, "consider": consider, "spread": spread}
+            how = {"out": out, "resume": resume, "plots": plots, "talk": talk}
+            drawn = run_scenarios(place, given, draws, chosen, files, **how)
+        with talk.stages("sensitivity") as progress:
+            progress("writing results")
+            write_sensitivity(stage, found, subject=str(place), plots=plots, drawn=drawn)
     text = sensitivity_text(found, vantage.satellite.name, drawn, whole=talk.verbose)
     talk.result(text, f"\nresults in {out}", document=out / "sensitivity.json")
     return 0

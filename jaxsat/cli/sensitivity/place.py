@@ -11,9 +11,6 @@ from pydantic import ValidationError
 from jaxsat.errors import InputError
 
 if TYPE_CHECKING:
-    from fitting.sensitivity.analysis import Progress
-    from fitting.sensitivity.scenarios.draws import Draws
-    from fitting.sensitivity.scenarios.many import Scenarios
     from fitting.sensitivity.vantage import Vantage
     from jaxsat.satellites import Satellite
     from jaxsat.synthetic.twins import TwinSettings
@@ -67,38 +64,6 @@ def planned(
     craft, settings = read_satellite(place), twin_settings(given)
     check_names(craft, free, consider)
     return vantage_of_plan(craft, settings, orbit=orbit, columns=_commanded(craft, settings, orbit, commands))
-
-
-def draws_of(count: int, spin: tuple[float, float] | None, days: float | None, seed: int | None) -> "Draws":
-    """How scenarios are drawn. Raises `InputError`."""
-    from fitting.sensitivity.scenarios.draws import Draws
-
-    low, high = spin or (Draws.slowest_deg_s, Draws.fastest_deg_s)
-    try:
-        return Draws(count, low, high, Draws.days if days is None else days, seed or 0)
-    except ValueError as error:
-        raise InputError(str(error), field="--spin, --days") from None
-
-
-def drawn_scenarios(
-    craft: "Satellite",
-    given: Mapping[str, object],
-    draws: "Draws",
-    free: Sequence[str] | None,
-    consider: Sequence[str],
-    *,
-    orbit: Path | None,
-    commands: Path | None,
-    progress: "Progress",
-) -> "Scenarios":
-    """So many other starts of the same plan. Raises `InputError`."""
-    from fitting.sensitivity.scenarios.many import scenarios
-    from jaxsat.cli.simulate.twin import twin_settings
-
-    settings = twin_settings(given)
-    columns = _commanded(craft, settings, orbit, commands)
-    about = {"free": free, "consider": consider, "orbit": orbit, "columns": columns}
-    return scenarios(craft, settings, draws, **about, progress=progress)
 
 
 def _commanded(craft: "Satellite", settings: "TwinSettings", orbit: Path | None, commands: Path | None) -> Any:

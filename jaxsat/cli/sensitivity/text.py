@@ -8,7 +8,7 @@ from rich.text import Text
 
 from fitting.sensitivity.report.document import verdict
 from jaxsat.cli.shared.terminal import plain_table
-from jaxsat.significant import unit_text, value_text
+from jaxsat.significant import count_text, unit_text, value_text
 
 if TYPE_CHECKING:
     from fitting.sensitivity.analysis import Sensitivity
@@ -47,8 +47,8 @@ def _scenarios(drawn: "Scenarios") -> RenderableType:
         table.add_row(f"{row['from']:.3g} to {row['to']:.3g}", str(row["count"]), *cells)
     cells = (value_text(told["attitude_rms_deg"][f"p{p:02d}"], 3) for p in PERCENTILES)
     table.add_row("all", str(told["count"]), *cells)
-    speed = f"{told['scenarios_per_s']:.0f} scenarios a second on {told['instants']} instants"
-    return Group(table, Text(speed))
+    speed = "" if told["scenarios_per_s"] is None else f"{told['scenarios_per_s']:.0f} scenarios a second, "
+    return Group(table, Text(f"{speed}{count_text(told['instants'], 'instant')}"))
 
 
 def _numbers(found: "Sensitivity", whole: bool) -> Table:

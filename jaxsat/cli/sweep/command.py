@@ -181,7 +181,7 @@ def sweep(
         if case is not None:
             return write_case(made, plan, out, case, talk)
         part = _shard(shard) if shard else (1, 1)
-        run = SweepRun(source, made, plan, out, part, engine, workers, scheduler, request)
+        run = SweepRun(source, made, plan, out, part, engine, workers, scheduler, request.resuming, request.replaying)
         return run.carry_out(resume=resume, imported=imported, began=began, plots=plots, talk=talk)
     except CodeError as error:
         if talk.verbose and error.__cause__ is not None:

@@ -4,11 +4,13 @@ import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from jaxsat.cli.shared.talk import Talk
 from jaxsat.cli.sweep.files import finish, sweep_summary
 from jaxsat.cli.sweep.progress import SweepProgress
-from jaxsat.cli.sweep.request import Request
 from jaxsat.sweep import (
     ChunkDone,
     Scenario,
@@ -36,10 +38,23 @@ class SweepRun:
     engine: str
     workers: int | None
     scheduler: str | None
-    request: Request
+    resuming: str
+    """The command that finishes it."""
+    replaying: tuple[str, ...]
+    """Words of the command that shows a case, whose number comes behind."""
 
     def carry_out(self, *, resume: bool, imported: float, began: float, plots: bool, talk: Talk) -> int:
-        """Runs what is missing, and merges where that was the last."""
+        """Runs what is missing, and merges and tells where that was the last."""
+        done = self.complete(resume=resume, imported=imported, began=began, plots=plots, talk=talk)
+        if done is not None:
+            summary = sweep_summary(*done, whole=talk.verbose)
+            talk.result(summary, f"\nresults in {self.out}", document=self.out / "summary.json")
+        return 0
+
+    def complete(
+        self, *, resume: bool, imported: float, began: float, plots: bool, talk: Talk
+    ) -> tuple[dict[str, Any], np.ndarray] | None:
+        """Runs what is missing; the summary's content and the status numbers [cases], None where some is still so."""
         if resume and read_plan(self.out) is None:
             talk.note(f"{self.out} holds no sweep yet: beginning it")
         begun = claim(self.out, self.plan, resume=resume, shard=self.shard)
@@ -60,15 +75,11 @@ class SweepRun:
         absent = count_absent(self.plan, self.out)
         if absent:
             missing_still = f"{self.plan.scenario}: {absent} of {self.plan.chunks} chunks are still missing"
-            talk.note(f"{missing_still}: other shards have to run, or one run of all: {self.request.resuming}")
-            return 0
-        replay = self.request.replaying
-        content, status = finish(
-            self.scenario, self.plan, self.out, ran=ran, timing=timing, began=began, plots=plots, replay=replay
+            talk.note(f"{missing_still}: other shards have to run, or one run of all: {self.resuming}")
+            return None
+        return finish(
+            self.scenario, self.plan, self.out, ran=ran, timing=timing, began=began, plots=plots, replay=self.replaying
         )
-        summary = sweep_summary(content, status, whole=talk.verbose)
-        talk.result(summary, f"\nresults in {self.out}", document=self.out / "summary.json")
-        return 0
 
     def _run(self, missing: list[int], talk: Talk) -> tuple[int, dict[str, float]]:
         """Runs chunks; returns the number of their cases and how long the first one and all of them took [s]."""
@@ -100,7 +111,7 @@ class SweepRun:
         left = sum(not chunk_path(self.out, number).exists() for number in missing)
         shard = "" if self.shard[1] == 1 else f" --shard {self.shard[0]}/{self.shard[1]}"
         kept = f"{len(own) - left} of {len(own)} chunks are kept"
-        return f"interrupted; {kept}; resume with: {self.request.resuming}{shard}"
+        return f"interrupted; {kept}; resume with: {self.resuming}{shard}"
 
 
 def _say_waiting() -> None:

@@ -24,16 +24,27 @@ def drawn_model(satellite: Satellite, random: np.random.Generator) -> Model:
     Raises `InputError` naming numbers whose priors allow none.
     """
     leaves = [leaf for leaf in satellite.leaves if leaf.sigma is not None]
-    groups: dict[str, list[Leaf]] = {}
-    for leaf in leaves:
-        groups.setdefault(_group(leaf), []).append(leaf)
-    values = [_drawn(name, group, satellite, random) for name, group in groups.items()]
-    spots = [leaf.spot for group in groups.values() for leaf in group]
-    model = with_values(satellite.model, spots, jnp.asarray(np.concatenate([np.zeros(0), *values])))
+    values = drawn_values(satellite, leaves, random)
+    model = with_values(satellite.model, [leaf.spot for leaf in leaves], jnp.asarray(values))
     for name in satellite.conventions:
         axes = _some_axes(random, mirrored=satellite.conventions[name] == "mirrored")
         model = eqx.tree_at(lambda m, name=name: m.sensors[name].axes, model, jnp.asarray(axes))  # type: ignore[misc]
     return model
+
+
+def drawn_values(satellite: Satellite, leaves: Sequence[Leaf], random: np.random.Generator) -> np.ndarray:
+    """Values [leaves, SI] about those of the satellite by the sigma of each leaf, normal within bounds.
+
+    As `drawn_model` draws them, what depends on each other together. Raises `InputError` naming numbers whose sigmas
+    allow none.
+    """
+    groups: dict[str, list[int]] = {}
+    for number, leaf in enumerate(leaves):
+        groups.setdefault(_group(leaf), []).append(number)
+    found = np.empty(len(leaves))
+    for name, numbers in groups.items():
+        found[numbers] = _drawn(name, [leaves[k] for k in numbers], satellite, random)
+    return found
 
 
 def _group(leaf: Leaf) -> str:

@@ -1,10 +1,12 @@
 """Sigmas and biases of a plan against closed forms, a linear problem by Monte Carlo, and refits of the whole model."""
 
 import json
+import shutil
 from dataclasses import replace
 
 import jax.numpy as jnp
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 from scipy.spatial.transform import Rotation
 
@@ -14,8 +16,8 @@ from fitting.sensitivity.analysis import analysed
 from fitting.sensitivity.choice import choose, slopes_at_nominal, slopes_of
 from fitting.sensitivity.information import known, quoted
 from fitting.sensitivity.plan import vantage_of_plan
-from fitting.sensitivity.scenarios.draws import Draws, drawn_starts
-from fitting.sensitivity.scenarios.many import scenarios
+from fitting.sensitivity.scenarios.draws import Draws, drawn
+from fitting.sensitivity.scenarios.maps import column_of
 from fitting.sensitivity.sums import sigmas_of
 from jaxsat.cli.main import run
 from jaxsat.errors import InputError
@@ -213,24 +215,95 @@ def test_the_derivatives_are_those_of_complete_runs(vantage):
     np.testing.assert_allclose((turn.inv() * moved).as_rotvec(), slopes.rotation @ x, atol=1e-6)
 
 
-def test_scenarios_are_what_each_would_be_alone(satellite, monkeypatch):
-    """Of any start, instant and choice, four scenarios on two instants by turns: the second one again by itself."""
-    monkeypatch.setattr("fitting.sensitivity.scenarios.draws.LEAST_EACH", 2)
-    plan, draws = PLAN, Draws(4, fastest_deg_s=2.0, days=2.0, seed=5)
-    free, consider = ["magnet", "gyro.bias"], ["mag.bias", "inertia.xx=1e-6"]
-    found = scenarios(satellite, plan, draws, free=free, consider=consider)
-    first, instants, of_case, attitude, rate = drawn_starts(epoch_of(satellite, plan), draws)
-    assert 0.1 < found.rate_deg_s.min() and found.rate_deg_s.max() < 2.0 and instants.tolist() == [43200.0, 129600.0]
+MAP = [*("--duration", "300", "--every", "10", "--spin", "0.1", "2", "--days", "2", "--seed", "5")]
+CHOICE = [*("--free", "magnet,gyro.bias", "--consider", "mag.bias,inertia.xx=1e-6", "--spread", "magnet,mag.bias")]
+
+
+@pytest.fixture(scope="module")
+def mapped(satellite, tmp_path_factory):
+    """600 scenarios, two chunks of them, by the command; not drawn."""
+    out = tmp_path_factory.mktemp("map")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("jaxsat.numerics.set_up_jax", lambda: None)
+        assert run(["sensitivity", str(satellite.path), *MAP, *CHOICE, "--scenarios", "600", *quiet_to(out)]) == 0
+    return out
+
+
+def quiet_to(directory):
+    return ["--no-plots", "--quiet", "--out", str(directory)]
+
+
+def table_of(directory):
+    found = pq.read_table(directory / "scenarios" / "cases.parquet")
+    return {name: np.asarray(found.column(name)) for name in found.column_names}
+
+
+def test_scenarios_are_what_each_would_be_alone(satellite, mapped, tmp_path):
+    """Of any start, instant, choice and magnet: one on the second instant again by itself."""
+    table, case = table_of(mapped), 70
+    spin = np.linalg.norm([table[f"in_rate_{axis}_deg_s"] for axis in "xyz"], axis=0)
+    assert 0.1 <= spin.min() and spin.max() <= 2.0
+    # Ten instants have been begun, of 64 in two days.
+    instants = np.unique(table["in_instant_s"])
+    assert len(instants) == 10 and np.all((instants + 1350.0) % 2700.0 == 0.0) and np.ptp(instants) > 1.5 * 86400.0
+    magnet = [table[f"in_magnet_{axis}_A_m2"] for axis in "xyz"]
+    np.testing.assert_allclose(np.std(magnet, axis=1), 0.01, rtol=0.12)
+    other = tmp_path / "other.sat.toml"
+    numbers = ", ".join(repr(float(each[case])) for each in magnet)
+    bias = ", ".join(repr(float(table[f"in_mag_bias_{axis}_nT"][case])) for axis in "xyz")
+    text = SATELLITE.replace("value = [0.02, -0.01, 0.03]", f"value = [{numbers}]")
+    other.write_text(text.replace("value = [0.0, 0.0, 0.0], sigma = 500", f"value = [{bias}], sigma = 500"))
+    own = read_satellite(other)
     start = {
-        "start_utc": first.shifted(float(instants[of_case[1]])).iso(3) + "Z",
-        "rate_deg_s": np.degrees(rate[1]).tolist(),
+        "start_utc": epoch_of(own, PLAN).shifted(float(table["in_instant_s"][case])).iso(3) + "Z",
+        "rate_deg_s": [float(table[f"in_rate_{axis}_deg_s"][case]) for axis in "xyz"],
+        "quaternion": [float(table[f"in_attitude_{axis}"][case]) for axis in "wxyz"],
     }
-    alone = vantage_of_plan(satellite, TwinSettings(**{**dict(plan), **start, "quaternion": attitude[1].tolist()}))
-    told = quoted(alone, known(alone, choose(alone, free, consider)))
-    assert found.names == tuple(row.name for row in told.rows)
-    # Their steps are those of the fastest of all: the motion differs by 1e-5 of a radian.
-    np.testing.assert_allclose(found.sigmas.noise[1], [row.sigma_noise for row in told.rows], rtol=1e-3)
-    np.testing.assert_allclose(found.sigmas.assumed[1], [row.sigma_assumed for row in told.rows], rtol=1e-3)
+    alone = vantage_of_plan(own, TwinSettings(**{**dict(PLAN), **start}))
+    found = known(alone, choose(alone, ["magnet", "gyro.bias"], ["mag.bias", "inertia.xx=1e-6"]))
+    # Their steps are longer; as short as that of one alone they lead to its sigmas to 5e-5.
+    for row in quoted(alone, found).rows:
+        assert table[column_of(row.name, row.unit)][case] == pytest.approx(row.sigma, rel=2e-3)
+
+
+def test_scenarios_resumed_and_grown_are_the_same_to_the_bit(satellite, mapped, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("jaxsat.numerics.set_up_jax", lambda: None)
+    words = ["sensitivity", str(satellite.path), *MAP, *CHOICE]
+    stopped = tmp_path / "stopped"
+    shutil.copytree(mapped, stopped)
+    chunk = stopped / "scenarios/chunks/chunk-00000001.parquet"
+    was = {path: path.read_bytes() for path in (chunk, stopped / "scenarios/cases.parquet")}
+    for path in was:
+        path.unlink()
+    (stopped / "scenarios/summary.json").unlink()
+    assert run([*words, "--scenarios", "600", *quiet_to(stopped)]) == 1
+    assert "--resume finishes it" in capsys.readouterr().err
+    assert run([*words, "--scenarios", "600", "--resume", *quiet_to(stopped)]) == 0
+    assert all(path.read_bytes() == content for path, content in was.items())
+    # More of them: those that were there stay what they were, though the last chunk was cut.
+    assert run([*words, "--scenarios", "700", "--resume", *quiet_to(stopped)]) == 0
+    before, after = table_of(mapped), table_of(stopped)
+    assert all(np.array_equal(after[name][:600], before[name]) for name in before) and len(after["case"]) == 700
+    document = json.loads((stopped / "sensitivity.json").read_text())["scenarios"]
+    assert document["count"] == 700 and document["instants"] == 11
+    # Another satellite under way is not taken for the same.
+    shutil.copy(satellite.path, other := tmp_path / "small.sat.toml")
+    words[1] = str(other)
+    assert run([*words, "--scenarios", "700", "--resume", *quiet_to(stopped)]) == 1
+    assert "holds a sweep with option satellite" in capsys.readouterr().err
+
+
+def test_instants_and_starts_are_of_the_number_of_a_scenario_alone(satellite):
+    draws = Draws(10**6, instants=1000, days=10.0)
+    first = draws.instant_of(np.arange(64 * 1000))
+    assert np.array_equal(np.bincount(first), np.full(1000, 64))
+    assert np.array_equal(draws.instant_of(np.arange(64_000, 65_000)), first[:1000])
+    # A part of them is as even as a golden section: no gap is longer than three of the mean.
+    assert np.diff(np.sort(np.unique(first[: 64 * 40]))).max() < 3 * 1000 / 40
+    both = drawn(draws, satellite, [], 3, np.arange(40, 60)), drawn(draws, satellite, [], 3, np.arange(50, 55))
+    assert all(np.array_equal(a[10:15], b) for a, b in zip(*both, strict=True))
+    with pytest.raises(ValueError, match="instants"):
+        Draws(10, instants=0)
 
 
 def test_the_command_writes_what_it_says(tmp_path, satellite, capsys, monkeypatch):
@@ -264,6 +337,7 @@ def test_wrong_places_are_one_line(tmp_path, satellite, capsys, monkeypatch):
         ([str(satellite.path), "--config", "x.toml"], 2, "belong to the directory of a fit"),
         ([str(satellite.path), "--spin", "1", "2"], 2, "those of --scenarios"),
         ([str(satellite.path), "--consider", "mag.dela=1"], 2, "--consider: unknown number 'mag.dela'"),
+        ([str(satellite.path), "--resume"], 2, "those of --scenarios"),
         ([str(satellite.path), "--duration", "-1"], 1, "--duration"),
         ([str(satellite.path), "--scenarios", "9", "--spin", "5", "1"], 1, "the slowest below the fastest"),
     ):
