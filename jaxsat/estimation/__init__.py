@@ -1,5 +1,12 @@
-"""Estimation: attitude and the direction of the Sun from readings, without a model of the motion."""
+"""Estimation: attitude and the direction of the Sun from readings, without a model of the torques."""
 
+from jaxsat.estimation.attitude_filter import AttitudeBelief as AttitudeBelief
+from jaxsat.estimation.attitude_filter import AttitudeEstimate as AttitudeEstimate
+from jaxsat.estimation.attitude_filter import AttitudeFilter as AttitudeFilter
+from jaxsat.estimation.attitude_filter import AttitudeReadings as AttitudeReadings
+from jaxsat.estimation.gyro_errors import GyroErrors as GyroErrors
+from jaxsat.estimation.gyro_errors import carried_errors as carried_errors
+from jaxsat.estimation.gyro_errors import gyro_reading as gyro_reading
 from jaxsat.estimation.magnetometer import MagnetometerCalibration as MagnetometerCalibration
 from jaxsat.estimation.magnetometer import calibrate_magnetometer as calibrate_magnetometer
 from jaxsat.estimation.sun.candidates import Candidates as Candidates
@@ -21,6 +28,7 @@ from jaxsat.estimation.sun_magnetic import sun_magnetic_axes as sun_magnetic_axe
 from jaxsat.estimation.vectors import davenport_matrix as davenport_matrix
 from jaxsat.estimation.vectors import rotation_covariance as rotation_covariance
 from jaxsat.estimation.vectors import triad as triad
+from jaxsat.estimation.vectors import triad_covariance as triad_covariance
 from jaxsat.estimation.vectors import two_vector_attitude as two_vector_attitude
 from jaxsat.estimation.vectors import weighted_attitude as weighted_attitude
 from jaxsat.estimation.wahba import quest as quest

@@ -91,3 +91,18 @@ def rotation_covariance(body: Vectors, sigma: Float[Array, " vectors"]) -> Float
     eye = jnp.eye(3, dtype=body.dtype)
     across = eye[None] - body[:, :, None] * body[:, None, :]
     return jnp.linalg.inv(jnp.sum(across / sigma[:, None, None] ** 2, axis=0))
+
+
+def triad_covariance(body: Float[Array, "2 3"], sigma: Float[Array, "2"]) -> Float[Array, "3 3"]:
+    """Covariance of a small rotation about the body axes [rad^2] of `triad`, for two unit directions in body axes.
+
+    With errors `sigma` [rad] of the directions (Shuster & Oh 1981, sec. on the TRIAD covariance): s1^2 1 + ((s2^2 -
+    s1^2) b1 b1' + s1^2 (b1 . b2) (b1 b2' + b2 b1')) / |b1 x b2|^2. The first direction's own error stays whatever the
+    second is, so that it is never below `rotation_covariance`.
+    """
+    first, second = body
+    s1, s2 = sigma[0] ** 2, sigma[1] ** 2
+    normal = cross(first, second)
+    mixed = jnp.outer(first, second)
+    along = (s2 - s1) * jnp.outer(first, first) + s1 * (first @ second) * (mixed + mixed.T)
+    return s1 * jnp.eye(3, dtype=body.dtype) + along / (normal @ normal)

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from jaxsat.plotting.style import FAINT, INK, LEFT_OUT, dress, head, new_figure
-from jaxsat.significant import count_text, value_text
+from jaxsat.significant import count_text, unit_text, value_text
 from jaxsat.sweep.summary import MetricSummary
 
 ROW_IN = 2.6
@@ -46,7 +46,7 @@ def draw_distributions(metrics: Sequence[MetricSummary], *, title: str = "Distri
 
 
 def _draw(axes: Axes, metric: MetricSummary) -> None:
-    dress(axes, y_label="cases", x_label=metric.name)
+    dress(axes, y_label="cases", x_label=", ".join(filter(None, [metric.title, unit_text(metric.unit)])))
     notes = []
     if metric.missing:
         notes.append(f"{count_text(metric.missing, 'case')} without it")

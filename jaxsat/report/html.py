@@ -76,12 +76,13 @@ def page(
     message: str,
     sections: Sequence[Section],
     data: Mapping[str, Any] | None = None,
-    script: Literal["page", "search"] = "page",
+    script: Literal["page", "search", "sweep"] = "page",
 ) -> str:
     """Returns the HTML text. Every text is escaped; an empty table or list leaves no trace.
 
     `data` is what the script draws `Live` sections from, JSON without numbers that are not finite; without it the page
-    has no script at all. `script`: `page` is that of a fit's report, `search` that of an Earth search.
+    has no script at all. `script`: `page` is that of a fit's report, `search` that of an Earth search, `sweep`
+    that of a sweep.
     """
     body = "\n".join(part for part in map(_section, sections) if part)
     style, bundle = _asset("page/page.css"), "" if data is None else _asset(f"{script}.bundle.js")

@@ -1,4 +1,4 @@
-/* sources sha256 c1edf70afa4cb8a26383e3f254b489b684b6ed0c1143bba0d3c381109bb17a83
+/* sources sha256 125ac3b1b049647611ba75b7df1da243083cc4ba8d3deb597b5ffe56c2ad035d
 
 page.bundle.js holds the script of jaxsat's reports (licence of jaxsat, in page/) and parts of two packages.
 The land's outline in it is that of Natural Earth, 1:110m, public domain.

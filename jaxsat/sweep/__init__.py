@@ -10,6 +10,7 @@ from jaxsat.sweep.history import History as History
 from jaxsat.sweep.history import Page as Page
 from jaxsat.sweep.inputs import Input as Input
 from jaxsat.sweep.merge import merge_cases as merge_cases
+from jaxsat.sweep.own_code import CodeError as CodeError
 from jaxsat.sweep.plan import SweepPlan as SweepPlan
 from jaxsat.sweep.plan import claim as claim
 from jaxsat.sweep.plan import read_plan as read_plan

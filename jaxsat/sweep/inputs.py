@@ -31,7 +31,7 @@ class Input:
     @property
     def columns(self) -> tuple[str, ...]:
         """Names of its columns: `in_NAME_PART_UNIT`."""
-        unit = "" if self.unit == "1" else "_".join(re.findall(r"\w+", self.unit))
+        unit = unit_words(self.unit)
         words = ([self.name, part, unit] for part in self.parts or ("",))
         return tuple(PREFIX + "_".join(filter(None, word)) for word in words)
 
@@ -42,6 +42,11 @@ class Input:
         if found.shape != expected:
             raise ValueError(f"input {self.name} has shape {found.shape}, expected {expected}")
         return dict(zip(self.columns, found.reshape(cases, -1).T, strict=True))
+
+
+def unit_words(unit: str) -> str:
+    """A unit as names of columns have it: `deg_s` of deg/s, nothing of a pure number."""
+    return "" if unit == "1" else "_".join(re.findall(r"\w+", unit))
 
 
 def check_inputs(inputs: Iterable[Input], taken: Iterable[str]) -> None:

@@ -24,7 +24,7 @@ _KEYS = 2**32
 """Seeds and case numbers that random keys tell apart."""
 PLAN, CHUNKS = "sweep.json", "chunks"
 LOCK = f"{CHUNKS}/.lock"
-MERGED = ("cases.parquet", "distributions.png", "summary.json")
+MERGED = ("cases.parquet", "distributions.png", "sweep.html", "summary.json")
 """What merging writes, the last one last."""
 
 
@@ -42,6 +42,8 @@ class SweepPlan:
     """Case numbers are 0 to `cases` - 1; a case is the same whatever their number."""
     versions: dict[str, str] = field(default_factory=dict, compare=False)
     """Of the software that began the sweep: provenance, no part of its identity."""
+    code: str = ""
+    """SHA-256 of the file of a scenario of the user's own; empty for those of jaxsat."""
 
     @property
     def chunks(self) -> int:
@@ -63,18 +65,21 @@ class SweepPlan:
 
     def identity(self) -> dict[str, Any]:
         """What must agree where two runs share a directory."""
-        return {"scenario": self.scenario, "seed": self.seed, "options": self.options, "chunk": self.chunk}
+        own = {"code": self.code} if self.code else {}
+        return {"scenario": self.scenario, "seed": self.seed, "options": self.options, "chunk": self.chunk, **own}
 
     def difference(self, other: "SweepPlan") -> str:
         """The first thing in which the identity of `other` is not this one's, as `seed 1, not 2`; empty if none."""
-        for key, own in self.identity().items():
-            asked = other.identity()[key]
+        for key in ("scenario", "seed", "options", "chunk"):
+            own, asked = self.identity()[key], other.identity()[key]
             if key == "options" and own != asked:
                 for name in dict.fromkeys([*own, *asked]):
                     if own.get(name) != asked.get(name):
                         return f"option {name} = {own.get(name, 'absent')}, not {asked.get(name, 'absent')}"
             if own != asked:
                 return f"{key.replace('chunk', 'cases of a chunk')} {own}, not {asked}"
+        if self.code != other.code:
+            return "other code of its scenario, whose file has changed since"
         return ""
 
 
@@ -88,6 +93,7 @@ class _Stored(Section):
     chunk: int = Field(ge=1, le=_KEYS)
     cases: int = Field(ge=1, le=_KEYS)
     versions: dict[str, str] = {}
+    code: str = ""
 
 
 def read_plan(directory: Path) -> SweepPlan | None:
@@ -122,7 +128,9 @@ def claim(directory: Path, plan: SweepPlan, *, resume: bool = False, shard: tupl
 
 def _claim(directory: Path, plan: SweepPlan, resume: bool, shard: tuple[int, int]) -> SweepPlan:
     found = read_plan(directory)
-    if found is None:
+    # A first run that ended in an error of the user's own code has left nothing that a mended one could spoil.
+    unused = found is not None and found.code and shard[1] == 1 and not any((directory / CHUNKS).glob("chunk-*"))
+    if found is None or unused:
         found = plan
         _write(directory, plan)
     elif not resume and (shard[1] == 1 or _has_chunks(directory, plan.shard(*shard))):
@@ -154,5 +162,8 @@ def _has_chunks(directory: Path, numbers: list[int]) -> bool:
 
 
 def _write(directory: Path, plan: SweepPlan) -> None:
-    text = json.dumps({"schema": SCHEMA, **dataclasses.asdict(plan)}, indent=2, ensure_ascii=False) + "\n"
+    stored = dataclasses.asdict(plan)
+    if not plan.code:
+        del stored["code"]
+    text = json.dumps({"schema": SCHEMA, **stored}, indent=2, ensure_ascii=False) + "\n"
     write_whole(directory / PLAN, lambda stream: stream.write(text.encode()))

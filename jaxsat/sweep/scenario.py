@@ -81,32 +81,36 @@ class Scenario:
 
 
 def run_cases(scenario: Scenario, seed: int, cases: np.ndarray) -> dict[str, np.ndarray]:
-    """Status [int8] and metrics [float64] of one chunk; ValueError where the scenario breaks its own promise."""
+    """Status [int8] and metrics [float64] of one chunk; `InputError` where the scenario breaks its own promise."""
     found = scenario.run(seed, cases)
+    if not isinstance(found, Mapping):
+        raise InputError(f"scenario {scenario.name}: run returned {type(found).__name__}, expected a dict of arrays")
     expected = {"status", *scenario.metrics}
     if set(found) != expected:
-        raise ValueError(f"scenario {scenario.name} returned {sorted(found)}, expected {sorted(expected)}")
+        raise InputError(f"scenario {scenario.name} returned {sorted(found)}, expected {sorted(expected)}")
     arrays = {name: np.asarray(values) for name, values in found.items()}
     for name, values in arrays.items():
         if values.shape != cases.shape:
-            raise ValueError(f"scenario {scenario.name}: {name} has shape {values.shape}, expected {cases.shape}")
+            raise InputError(f"scenario {scenario.name}: {name} has shape {values.shape}, expected {cases.shape}")
     status = arrays["status"]
     if status.dtype.kind not in "iu" or status.min() < 0 or status.max() >= len(scenario.statuses):
-        raise ValueError(f"scenario {scenario.name}: status must be a whole number below {len(scenario.statuses)}")
+        raise InputError(f"scenario {scenario.name}: status must be a whole number below {len(scenario.statuses)}")
     metrics = {name: arrays[name].astype(np.float64) for name in scenario.metrics}
     return {"status": status.astype(np.int8), **metrics}
 
 
 def drawn_inputs(scenario: Scenario, seed: int, cases: np.ndarray) -> dict[str, np.ndarray]:
-    """Columns of all inputs [cases, float64], which cases are drawn from; ValueError where one has no such shape."""
+    """Columns of all inputs [cases, float64], which cases are drawn from; `InputError` where one has no such shape."""
     if not scenario.inputs or scenario.draw is None:
         return {}
     drawn, found = scenario.draw(seed, cases), {}
     for one in scenario.inputs:
         try:
             found |= one.values(drawn, len(cases))
+        except InputError:
+            raise
         except ValueError as error:
-            raise ValueError(f"scenario {scenario.name}: {error}") from None
+            raise InputError(f"scenario {scenario.name}: {error}") from None
     return found
 
 
@@ -146,7 +150,8 @@ class Factory:
     """As those of its scenarios, for the list of all."""
 
     def __call__(self, given: Mapping[str, str]) -> Scenario:
-        return replace(self.build(self.filled(given)), assumptions=self.assumptions)
+        made = self.build(self.filled(given))
+        return replace(made, assumptions=self.assumptions) if self.assumptions else made
 
     def filled(self, given: Mapping[str, str]) -> dict[str, str]:
         """All options in the order of their declaration; `InputError` for one that is not declared."""

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from jaxsat.errors import InputError
+from jaxsat.sweep.own_code import CodeError, code_of, guarded, is_file, load, located, told
 from jaxsat.sweep.scenario import Factory, Scenario
 
 
@@ -18,16 +19,24 @@ class Source:
     """A factory's address, the options it gets, and what a fresh process has to do before."""
 
     address: str
-    """`module:name` of a `Factory`, or of a function that takes a mapping of options and has none declared."""
+    """`module:name` of a `Factory`, or of a function that takes a mapping of options and has none declared; a file,
+    `folder/my.py` or `folder/my.py:name`, stands for a module."""
     options: tuple[tuple[str, str], ...] = ()
     """Every declared option and its value."""
     prepare: str = ""
     """`module:name` of a function without arguments, called once in each process; none where empty."""
+    code: str = ""
+    """SHA-256 of the file of a scenario of the user's own: another process finds the same one there, or says so."""
 
     @staticmethod
     def of(address: str, given: Mapping[str, str], *, prepare: str = "") -> "Source":
-        """Source with the defaults of the options that are not given; `InputError` for unknown ones."""
-        return Source(address, tuple(factory(address).filled(given).items()), prepare)
+        """Source with the defaults of the options that are not given; `InputError` for unknown ones.
+
+        An address of a file in the working folder gets its whole path.
+        """
+        address = located(address)
+        options = tuple(factory(address).filled(given).items())
+        return Source(address, options, prepare, code_of(address))
 
     def scenario(self) -> Scenario:
         """The scenario, made once in each process."""
@@ -35,8 +44,9 @@ class Source:
 
 
 def factory(address: str) -> Factory:
-    """The factory at `module:name`; `InputError` where there is none."""
-    found = _load(address)
+    """The factory at `module:name` or in a file; `InputError` where there is none."""
+    address = located(address)
+    found = load(address) if is_file(address) else _load(address)
     if isinstance(found, Factory):
         return found
     if not inspect.isfunction(found):
@@ -49,16 +59,20 @@ def factory(address: str) -> Factory:
 def _made(source: Source) -> Scenario:
     if source.prepare:
         _prepared(source.prepare)
+    if source.code and is_file(source.address) and code_of(source.address) != source.code:
+        raise CodeError("has changed since the sweep began; begin another", file=source.address)
     made = factory(source.address)
     try:
         scenario = made(dict(source.options))
     except InputError:
         raise
     except Exception as error:
+        if is_file(source.address):
+            raise told(error, source.address.rpartition(":")[0]) from error
         raise InputError(f"makes no scenario: {_told(error)}", field=source.address) from error
     if not isinstance(scenario, Scenario):
         raise InputError(f"made {type(scenario).__name__}, expected a Scenario", field=source.address)
-    return scenario
+    return guarded(scenario, source.address)
 
 
 @functools.cache
@@ -73,7 +87,7 @@ def _load(address: str) -> Any:
         return getattr(importlib.import_module(module), name)
     except Exception as error:
         # Whatever a module does as it is imported.
-        reason = f"cannot be imported: {_told(error)}; its folder must be in PYTHONPATH"
+        reason = f"cannot be imported: {_told(error)}; it must be in the working folder or in PYTHONPATH"
         raise InputError(reason, field=address) from error
 
 

@@ -5,11 +5,13 @@ import math
 import fake_scenario
 import numpy as np
 import pyarrow.parquet as pq
+import pytest
+from scipy.stats import binomtest
 
 import jaxsat.sweep.merge
 from jaxsat.sweep import Metric, merge_cases, run_cases, summarise
 from jaxsat.sweep.plan import PLAN
-from jaxsat.sweep.summary import document, summarise_metric
+from jaxsat.sweep.summary import document, interval_of, summarise_metric
 
 
 def test_table_holds_every_case_once_with_units(sweep, monkeypatch):
@@ -57,8 +59,14 @@ def test_summary_is_that_of_numpy(sweep):
         "p50": np.median(known),
         "p95": np.percentile(known, 95),
         "max": known.max(),
+        "of": known.size,
         "missing": len(content["failed"]),
     }
+    # Of SciPy's own test of a binomial share.
+    exact = binomtest(content["succeeded"], 500).proportion_ci(method="exact")
+    found = content["success"]
+    assert (found["share"], found["of"]) == (content["succeeded"] / 500, 500)
+    assert (found["low"], found["high"]) == pytest.approx((exact.low, exact.high), rel=1e-12)
     assert (one.directory / PLAN).exists()
 
 
@@ -78,6 +86,22 @@ def test_bins_hold_every_case_that_is_not_beyond():
         assert np.all(np.diff(found.edges) > 0)
     assert summarise_metric("a", Metric("1", ""), np.exp(3.0 * rng.normal(size=2000)), success).logarithmic
     assert not found.logarithmic
+
+
+@pytest.mark.parametrize(("cases", "succeeded"), [(10, 0), (10, 10), (1, 1), (10**6, 10**6 - 1)])
+def test_shares_at_their_ends_have_an_interval(cases, succeeded):
+    exact = binomtest(succeeded, cases).proportion_ci(method="exact")
+    assert interval_of(succeeded, cases) == pytest.approx((exact.low, exact.high), rel=1e-9)
+
+
+def test_bins_of_whole_numbers_hold_as_many_of_them():
+    rng = np.random.default_rng(1)
+    for mean in (3.0, 20.0, 2000.0):
+        values = rng.poisson(mean, 2000).astype(float)
+        edges = summarise_metric("pulses", Metric("1", ""), values, np.ones(2000, bool)).edges
+        width = edges[1] - edges[0]
+        assert np.all(np.diff(edges) == width) and width == round(width) and np.all(edges % 1.0 == 0.5)
+        assert len(edges) <= 61 and (mean > 20.0 or width == 1.0)
 
 
 def test_cases_that_never_got_there_count_beyond_any_time():

@@ -67,6 +67,7 @@ def case_document(scenario: Scenario, seed: int, case: int, options: Mapping[str
         "scenario": scenario.name,
         "seed": seed,
         "options": as_numbers(options),
+        "assumptions": list(scenario.assumptions),
         "case": case,
         "status": scenario.statuses[found["status"][own]],
         "metrics": {

@@ -2,6 +2,7 @@
 
 import re
 import time
+import traceback
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -52,7 +53,7 @@ def sweep(
         Parameter(
             help="One of "
             + "; ".join(f"{name}: {entry.summary}" for name, entry in SCENARIOS.items())
-            + ". Or module:factory of your own. Without it, all scenarios are listed with their options.",
+            + ". Or one of your own: my_scenario.py, or module:factory. Without it, all are listed with their options.",
             validator=_check_scenario,
         ),
     ] = None,
@@ -91,6 +92,14 @@ def sweep(
         Path | None,
         Parameter(help="TLE, OMM or OEM in place of the orbit of the satellite file. [default: that of the file]"),
     ] = None,
+    listed: Annotated[
+        bool,
+        Parameter(name="--list", help="Only say what the scenario takes, draws and returns.", negative=()),
+    ] = False,
+    new: Annotated[
+        Path | None,
+        Parameter(help="Write the file of a new scenario, which runs as it stands, to be changed.", negative=()),
+    ] = None,
     out: Annotated[Path, Parameter(help="Directory for the results.")] = FOLDER,
     resume: Annotated[bool, Parameter(help="Finish the sweep in DIR: run what is missing.", negative=())] = False,
     shard: Annotated[
@@ -128,38 +137,56 @@ def sweep(
 ) -> int:
     """Run many random cases of a scenario and sum them up.
 
-    Writes cases.parquet (one row a case), summary.json and distributions.png.
+    Writes cases.parquet (one row a case), summary.json, distributions.png and
+    sweep.html, a page to look at.
     Finished chunks of cases are kept in DIR/chunks: whatever stops a sweep,
     --resume finishes it. Case K of a seed is the same case in every sweep.
 
-    Exit status: 0 done (cases that failed are results), 1 bad input,
-    2 wrong usage.
+    Exit status: 0 done (cases that failed are results), 1 bad input or an
+    error in a scenario of your own, 2 wrong usage.
 
     Example: jaxsat sweep gravity-gradient --cases 2000 --seed 1 --out tilts
 
     Example: jaxsat sweep gravity-gradient --out tilts --case 17
 
     Example: jaxsat sweep gravity-gradient --set rate_deg_s=0.1 --shard 1/4
+
+    Example: jaxsat sweep --new my_scenario.py
     """
+    from jaxsat.cli.sweep.listing import list_one, list_scenarios, write_new
+
+    given = dict(text.split("=", 1) for text in options or ())
+    given |= {name: str(path) for name, path in (("satellite", satellite), ("orbit", orbit)) if path is not None}
+    if new is not None:
+        if scenario is not None:
+            raise CycloptsError(msg="--new writes a file and runs nothing: it goes without a scenario.")
+        return write_new(new, talk)
     if scenario is None:
-        _list_scenarios()
+        list_scenarios()
         return 0
     _check_together(case, shard, resume, engine, scheduler)
     began = time.perf_counter()
     from jaxsat.cli.sweep.case import write_case
     from jaxsat.cli.sweep.request import Request
     from jaxsat.cli.sweep.run import SweepRun
+    from jaxsat.sweep import CodeError
 
-    given = dict(text.split("=", 1) for text in options or ())
-    given |= {name: str(path) for name, path in (("satellite", satellite), ("orbit", orbit)) if path is not None}
-    request = Request(scenario, cases, seed, given, out, from_stored=resume or case is not None)
-    source, made, plan = request.resolve()
-    imported = time.perf_counter() - began
-    if case is not None:
-        return write_case(made, plan, out, case, talk)
-    part = _shard(shard) if shard else (1, 1)
-    run = SweepRun(source, made, plan, out, part, engine, workers, scheduler, request.resuming)
-    return run.carry_out(resume=resume, imported=imported, began=began, plots=plots, talk=talk)
+    try:
+        if listed:
+            list_one(scenario, given)
+            return 0
+        request = Request(scenario, cases, seed, given, out, from_stored=resume or case is not None)
+        source, made, plan = request.resolve()
+        imported = time.perf_counter() - began
+        if case is not None:
+            return write_case(made, plan, out, case, talk)
+        part = _shard(shard) if shard else (1, 1)
+        run = SweepRun(source, made, plan, out, part, engine, workers, scheduler, request)
+        return run.carry_out(resume=resume, imported=imported, began=began, plots=plots, talk=talk)
+    except CodeError as error:
+        if talk.verbose and error.__cause__ is not None:
+            traceback.print_exception(error.__cause__)
+        raise
 
 
 def _check_together(case: int | None, shard: str | None, resume: bool, engine: str, scheduler: str | None) -> None:
@@ -167,17 +194,3 @@ def _check_together(case: int | None, shard: str | None, resume: bool, engine: s
         raise CycloptsError(msg="--case runs one case: it goes with none of --shard, --resume, --engine.")
     if scheduler is not None and engine != "dask":
         raise CycloptsError(msg="--scheduler is dask's: add --engine dask.")
-
-
-def _list_scenarios() -> None:
-    from jaxsat.cli.shared.terminal import plain_table, show
-    from jaxsat.sweep.source import factory
-
-    for name, entry in SCENARIOS.items():
-        table = plain_table("option", "default", "meaning")
-        made = factory(entry.address)
-        for option in made.options:
-            table.add_row(option.name, option.default, option.meaning)
-        assumed = "".join(f"\n  assumed: {sentence}" for sentence in made.assumptions)
-        show(f"{name}: {entry.summary}", table, *([assumed.lstrip("\n") + "\n"] if assumed else []))
-    show(f"Example: jaxsat sweep {next(iter(SCENARIOS))} --cases 2000 --seed 1 --out results")

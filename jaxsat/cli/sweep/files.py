@@ -1,5 +1,6 @@
 """What a sweep leaves when all of its chunks are there, and what the terminal shows of it."""
 
+import functools
 import json
 import math
 import time
@@ -17,6 +18,7 @@ from jaxsat.files.json_files import json_text, plain
 from jaxsat.files.whole_file import write_whole
 from jaxsat.significant import count_text, spans_text, unit_text, value_text
 from jaxsat.sweep import MetricSummary, Scenario, SweepPlan, merge_cases, summarise
+from jaxsat.sweep.merge import read_metric
 from jaxsat.sweep.summary import document
 
 SPANS = 8
@@ -32,19 +34,23 @@ def finish(
     timing: dict[str, float],
     began: float,
     plots: bool,
+    replay: tuple[str, ...],
 ) -> tuple[dict[str, Any], np.ndarray]:
-    """Merges the chunks and writes cases.parquet, distributions.png and summary.json.
+    """Merges the chunks and writes cases.parquet, distributions.png, sweep.html and summary.json.
 
-    `ran` is the number of cases that this process ran in `timing["run"]` seconds; it began at `began` (perf_counter).
-    Returns the summary's content and the
-    status numbers [cases].
+    `ran` is the number of cases that this process ran in `timing["run"]` seconds; it began at `began` (perf_counter);
+    `replay` are the words of the command that shows a case. Returns the summary's content and the status numbers
+    [cases].
     """
+    from jaxsat.report.sweep_page import sweep_page
+
     begin = time.perf_counter()
     status = merge_cases(scenario, plan, directory)
     metrics = summarise(scenario, directory, status)
+    png = None
     if plots:
         png = draw(metrics, plan, status)
-        write_whole(directory / "distributions.png", lambda stream: stream.write(png))
+        write_whole(directory / "distributions.png", lambda stream, png=png: stream.write(png))
     else:
         (directory / "distributions.png").unlink(missing_ok=True)
     merge_s = time.perf_counter() - begin
@@ -52,6 +58,17 @@ def finish(
     earlier = _earlier(directory / "summary.json") if ran == 0 else None
     own = {"timing_s": timing, "cases_per_s": ran / timing["run"] if ran else 0.0, "cases_run": ran}
     content, _ = plain(document(scenario, plan, status, metrics, **(earlier or own)))
+    shown = sweep_page(
+        scenario,
+        document(scenario, plan, status, metrics),
+        status,
+        metrics,
+        functools.partial(read_metric, directory),
+        command=replay,
+        success=f"That is {share_text(content['success'])}.",
+        png=png,
+    )
+    write_whole(directory / "sweep.html", lambda stream: stream.write(shown.encode()))
     write_whole(directory / "summary.json", lambda stream: stream.write(json_text(content).encode()))
     return content, status
 
@@ -72,7 +89,7 @@ def draw(metrics: list[MetricSummary], plan: SweepPlan, status: np.ndarray) -> b
 
     failed = int(np.count_nonzero(status))
     subtitle = f"{count_text(plan.cases, 'case')}, seed {plan.seed}, {failed} failed"
-    return png_bytes(draw_distributions(metrics, title=plan.scenario, subtitle=subtitle))
+    return png_bytes(draw_distributions(metrics, title=plan.scenario.replace("-", " ").capitalize(), subtitle=subtitle))
 
 
 def sweep_summary(content: dict[str, Any], status: np.ndarray, *, whole: bool = False) -> RenderableType:
@@ -86,17 +103,18 @@ def sweep_summary(content: dict[str, Any], status: np.ndarray, *, whole: bool = 
         (f"{failed} failed", "bold red" if failed else ""),
     )
     some_without = any(m["missing"] for m in content["metrics"].values())
-    # A column of nothing would fold the names.
-    more = ("without",) if some_without else ()
+    # A column that says the same of all would fold the names.
+    more = ("of",) if some_without else ()
     metrics = plain_table("metric", "5 %", "50 %", "95 %", "max", "unit", *more, right=(1, 2, 3, 4, 6))
     for name, m in content["metrics"].items():
         numbers = (_text(m[key]) for key in ("p05", "p50", "p95", "max"))
-        metrics.add_row(name, *numbers, unit_text(m["unit"]), *((str(m["missing"] or ""),) if some_without else ()))
+        metrics.add_row(name, *numbers, unit_text(m["unit"]), *((str(m["of"]),) if some_without else ()))
         if m["missing"] and "all_cases" in m:
-            metrics.add_row(
-                "  of all cases", *(_text(m["all_cases"][key]) for key in ("p05", "p50", "p95")), "none", ""
-            )
-    parts: list[RenderableType] = [header, metrics]
+            shown = m["all_cases"]
+            metrics.add_row("  of all", *(_text(shown[p]) for p in ("p05", "p50", "p95")), "none", "", str(shown["of"]))
+    of = count_text(content["success"]["of"], "case")
+    share = Text(f"succeeded: {share_text(content['success'])} of {of}")
+    parts: list[RenderableType] = [header, share, metrics]
     if failed:
         table = plain_table("failed because", "cases", "which", right=(1,))
         for code, (name, count) in enumerate(content["statuses"].items()):
@@ -105,17 +123,27 @@ def sweep_summary(content: dict[str, Any], status: np.ndarray, *, whole: bool = 
                 table.add_row(name.replace("_", " "), str(count), spans_text(which, len(which) if whole else SPANS))
         parts.append(table)
     facts = Table.grid(padding=(0, 2))
+    if not some_without:
+        facts.add_row(Text("percentiles", style="dim"), f"of all {of}")
     if content["options"]:
         facts.add_row(Text("options", style="dim"), ", ".join(f"{k} = {v}" for k, v in content["options"].items()))
     for name, m in content["metrics"].items():
         if "over" in m:
-            text = f"{100.0 * m['over']['share']:.4g} % of all cases"
+            text = f"{100.0 * m['over']['share']:.4g} % of {count_text(m['over']['of'], 'case')}"
             facts.add_row(Text(f"{name} over {m['over']['limit']:g}", style="dim"), text)
     seconds = ", ".join(f"{name.replace('_', ' ')} {value:.1f} s" for name, value in content["timing_s"].items())
     facts.add_row(Text("time", style="dim"), seconds)
     if content["cases_run"]:
         facts.add_row(Text("rate", style="dim"), f"{rate_text(content['cases_per_s'])}, compilation included")
     return Group(*parts, facts)
+
+
+def share_text(success: dict[str, Any]) -> str:
+    """Returns the share that succeeded with the interval in which the true one is."""
+    share, low, high = (100.0 * success[key] for key in ("share", "low", "high"))
+    # As many digits as tell the ends apart.
+    digits = min(max(0, 1 - math.floor(math.log10(max(high - low, 1e-6)))), 4)
+    return f"{share:.{digits}f} % (95 % interval {low:.{digits}f} to {high:.{digits}f} %)"
 
 
 def case_summary(content: dict[str, Any]) -> RenderableType:

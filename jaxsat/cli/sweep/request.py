@@ -11,7 +11,7 @@ from jaxsat import numerics
 from jaxsat.cli.sweep.defaults import CASES, SEED
 from jaxsat.cli.sweep.scenarios import SCENARIOS, address_of
 from jaxsat.errors import InputError
-from jaxsat.sweep import Scenario, Source, SweepPlan, read_plan
+from jaxsat.sweep import CodeError, Scenario, Source, SweepPlan, read_plan
 from jaxsat.versions import LAST_DIGITS, versions
 
 PREPARE = "jaxsat.numerics:set_up_jax"
@@ -35,6 +35,11 @@ class Request:
         """The command that finishes the sweep; all else stands in its directory."""
         return f"jaxsat sweep {shlex.quote(self.scenario)} --out {shlex.quote(str(self.out))} --resume"
 
+    @property
+    def replaying(self) -> tuple[str, ...]:
+        """Words of the command that shows a case of the sweep, whose number comes behind."""
+        return ("jaxsat", "sweep", self.scenario, "--out", str(self.out), "--case")
+
     def resolve(self) -> tuple[Source, Scenario, SweepPlan]:
         """The scenario and the plan; raises `InputError`, or an error of usage for the options."""
         stored = read_plan(self.out) if self.from_stored else None
@@ -48,6 +53,8 @@ class Request:
         try:
             source = Source.of(address_of(self.scenario), given, prepare=PREPARE)
             made = source.scenario()
+        except CodeError:
+            raise
         except InputError as error:
             # What is wrong with a file is bad input, what is wrong with an option wrong usage.
             if error.file is not None:
@@ -55,5 +62,5 @@ class Request:
             raise CycloptsError(msg=str(error)) from None
         seed = self.seed if self.seed is not None else stored.seed if stored else SEED
         cases = self.cases if self.cases is not None else stored.cases if stored else CASES
-        plan = SweepPlan(made.name, seed, dict(source.options), made.chunk, cases, versions(LAST_DIGITS))
+        plan = SweepPlan(made.name, seed, dict(source.options), made.chunk, cases, versions(LAST_DIGITS), source.code)
         return source, made, plan

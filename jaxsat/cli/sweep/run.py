@@ -8,6 +8,7 @@ from pathlib import Path
 from jaxsat.cli.shared.talk import Talk
 from jaxsat.cli.sweep.files import finish, sweep_summary
 from jaxsat.cli.sweep.progress import SweepProgress
+from jaxsat.cli.sweep.request import Request
 from jaxsat.sweep import (
     ChunkDone,
     Scenario,
@@ -35,7 +36,7 @@ class SweepRun:
     engine: str
     workers: int | None
     scheduler: str | None
-    resuming: str
+    request: Request
 
     def carry_out(self, *, resume: bool, imported: float, began: float, plots: bool, talk: Talk) -> int:
         """Runs what is missing, and merges where that was the last."""
@@ -59,9 +60,12 @@ class SweepRun:
         absent = count_absent(self.plan, self.out)
         if absent:
             missing_still = f"{self.plan.scenario}: {absent} of {self.plan.chunks} chunks are still missing"
-            talk.note(f"{missing_still}: other shards have to run, or one run of all: {self.resuming}")
+            talk.note(f"{missing_still}: other shards have to run, or one run of all: {self.request.resuming}")
             return 0
-        content, status = finish(self.scenario, self.plan, self.out, ran=ran, timing=timing, began=began, plots=plots)
+        replay = self.request.replaying
+        content, status = finish(
+            self.scenario, self.plan, self.out, ran=ran, timing=timing, began=began, plots=plots, replay=replay
+        )
         summary = sweep_summary(content, status, whole=talk.verbose)
         talk.result(summary, f"\nresults in {self.out}", document=self.out / "summary.json")
         return 0
@@ -96,7 +100,7 @@ class SweepRun:
         left = sum(not chunk_path(self.out, number).exists() for number in missing)
         shard = "" if self.shard[1] == 1 else f" --shard {self.shard[0]}/{self.shard[1]}"
         kept = f"{len(own) - left} of {len(own)} chunks are kept"
-        return f"interrupted; {kept}; resume with: {self.resuming}{shard}"
+        return f"interrupted; {kept}; resume with: {self.request.resuming}{shard}"
 
 
 def _say_waiting() -> None:

@@ -25,12 +25,12 @@ def found_in(folder: Path, package: str) -> dict[str, Entry]:
     """
     files = sorted(path for path in folder.glob("*.py") if not path.stem.startswith("_"))
     return {
-        path.stem.replace("_", "-"): Entry(f"{package}.{path.stem}:make", _summary(path.read_text("utf-8")))
+        path.stem.replace("_", "-"): Entry(f"{package}.{path.stem}:make", summary_of(path.read_text("utf-8")))
         for path in files
     }
 
 
-def _summary(source: str) -> str:
+def summary_of(source: str) -> str:
     """First line of a module's docstring as it stands after a colon."""
     line = (ast.get_docstring(ast.parse(source)) or "").partition("\n")[0].rstrip(".")
     # Not of an acronym.
@@ -41,11 +41,18 @@ SCENARIOS = found_in(FOLDER, "jaxsat.sweep.scenarios")
 
 
 def address_of(name: str) -> str:
-    """Address of a scenario's factory by its name, or `name` itself where it is an address; ValueError for neither."""
-    if ":" in name:
+    """Address of a scenario's factory by its name, or `name` itself where it is an address or a file of Python's.
+
+    Raises ValueError for neither.
+    """
+    if ":" in name or name.endswith(".py"):
         return name
     if name not in SCENARIOS:
-        close = get_close_matches(name, SCENARIOS, n=1)
-        hint = f"Did you mean {close[0]}?" if close else f"Known: {', '.join(SCENARIOS)}; or module:factory."
+        close = [f"{name}.py"] if Path(f"{name}.py").is_file() else get_close_matches(name, SCENARIOS, n=1)
+        hint = (
+            f"Did you mean {close[0]}?"
+            if close
+            else f"Known: {', '.join(SCENARIOS)}; or my_scenario.py, or module:factory."
+        )
         raise ValueError(f'There is no scenario "{name}". {hint}')
     return SCENARIOS[name].address

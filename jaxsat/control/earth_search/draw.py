@@ -38,6 +38,9 @@ class Dispersions:
     """Whether every Earth has the mean brightness, not one between the least and the mean."""
     mounting: float = math.radians(MOUNTING_DEG)
     """Of the sensors from the body axis [rad]."""
+    acceleration_deg_s2: float | None = None
+    """Largest of each axis; None: that of a spacecraft of the size, as the lag."""
+    lag_s: float | None = None
     still: bool = False
     """Whether the Earth's centre stays where it is, as if there were no orbit."""
 
@@ -45,7 +48,12 @@ class Dispersions:
 def draw_cases(dispersions: Dispersions, keys: Key[Array, " cases"]) -> Cases:
     """One case for each key; a case does not depend on how many there are."""
     drawn = jax.vmap(lambda key: _case(dispersions, key))(keys)
-    vehicle = nominal_vehicle(dispersions.size, dispersions.mounting)
+    vehicle = nominal_vehicle(
+        dispersions.size,
+        dispersions.mounting,
+        acceleration_deg_s2=dispersions.acceleration_deg_s2,
+        lag_s=dispersions.lag_s,
+    )
     if dispersions.failure != "none":
         which = jax.vmap(lambda key: jax.random.randint(jax.random.fold_in(key, 1), (), 0, 4))(keys)
         failed = which[:, None] == jnp.arange(4)[None]

@@ -46,12 +46,20 @@ class EarthSearchVehicle(eqx.Module):
     """Time constant with which the rate follows the command [s]."""
 
 
-def nominal_vehicle(size: str = "large", mounting: float = math.radians(MOUNTING_DEG)) -> EarthSearchVehicle:
-    """A sound spacecraft, `large` (0.005 deg/s^2, 20 s) or `small` (0.2 deg/s^2, 2 s).
+def nominal_vehicle(
+    size: str = "large",
+    mounting: float = math.radians(MOUNTING_DEG),
+    *,
+    acceleration_deg_s2: float | None = None,
+    lag_s: float | None = None,
+) -> EarthSearchVehicle:
+    """A sound spacecraft, `large` (0.005 deg/s^2, 20 s) or `small` (0.2 deg/s^2, 2 s), or with numbers of its own.
 
     `mounting` is the angle of the sensors from the axis [rad].
     """
     acceleration_deg, lag = {"large": (0.005, 20.0), "small": (0.2, 2.0)}[size]
+    acceleration_deg = acceleration_deg if acceleration_deg_s2 is None else acceleration_deg_s2
+    lag = lag if lag_s is None else lag_s
     turned = math.radians(SPARE_AZIMUTH_DEG)
     c, s = math.cos(turned), math.sin(turned)
     none = jnp.zeros(4, bool)

@@ -33,12 +33,18 @@ class Dispersions:
     """1-sigma of the elements of the magnetometer's matrix."""
 
 
-def draw_cases(dispersions: Dispersions, leg: Leg, keys: Key[Array, " cases"]) -> Cases:
-    """One case for each key, at the leg's first node; a case does not depend on how many there are."""
-    return jax.vmap(lambda key: _case(dispersions, leg, key))(keys)
+def draw_cases(
+    dispersions: Dispersions, leg: Leg, keys: Key[Array, " cases"], nominal: EmergencyVehicle | None = None
+) -> Cases:
+    """One case for each key, at the leg's first node; a case does not depend on how many there are.
+
+    They differ from the `nominal` satellite, by default that of the paper.
+    """
+    designed = nominal_vehicle() if nominal is None else nominal
+    return jax.vmap(lambda key: _case(dispersions, leg, key, designed))(keys)
 
 
-def _case(dispersions: Dispersions, leg: Leg, key) -> Cases:
+def _case(dispersions: Dispersions, leg: Leg, key, nominal: EmergencyVehicle) -> Cases:
     keys = jax.random.split(key, 8)
     low, high = math.radians(dispersions.min_error_deg), math.radians(dispersions.max_error_deg)
     angle = jax.random.uniform(keys[0], minval=low, maxval=high)
@@ -47,7 +53,6 @@ def _case(dispersions: Dispersions, leg: Leg, key) -> Cases:
     rate = size * unit(jax.random.normal(keys[3], (3,)))
     if dispersions.orbital:
         rate = rate - quaternion.rotate_inverse(off, leg.orbit_rate[0] * jnp.array([1.0, 0.0, 0.0]))
-    nominal = nominal_vehicle()
     moments = jnp.diag(nominal.inertia) * (1.0 + dispersions.inertia * jax.random.normal(keys[4], (3,)))
     inertia = jnp.diag(moments)
     turn = quaternion.from_rotation_vector(dispersions.field * jax.random.normal(keys[5], (3,)))

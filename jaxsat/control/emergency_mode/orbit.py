@@ -75,18 +75,21 @@ def fly(
     bodies: bool = True,
     argument_of_latitude_deg: float = 0.0,
     start_utc: tuple[int, int, int] = START_UTC,
+    height_km: float = HEIGHT_KM,
+    inclination_deg: float = INCLINATION_DEG,
+    node_deg: float = NODE_DEG,
 ) -> Flight:
-    """The paper's orbit for some days from its node: gravity to `degree`, by default with Sun and Moon.
+    """The paper's orbit, or another circular one, for some days from its node: gravity to `degree`, with Sun and Moon.
 
     IGRF of its middle. Raises ValueError unless `days` is positive.
     """
     epoch = Epoch.from_utc(*start_utc)
     stop = days * SECONDS_PER_DAY
     start = orbit_from_elements_km_deg(
-        a_km=EARTH_EQUATORIAL_RADIUS / 1e3 + HEIGHT_KM,
+        a_km=EARTH_EQUATORIAL_RADIUS / 1e3 + height_km,
         e=0.0,
-        i_deg=INCLINATION_DEG,
-        raan_deg=NODE_DEG,
+        i_deg=inclination_deg,
+        raan_deg=node_deg,
         argp_deg=0.0,
         mean_anomaly_deg=argument_of_latitude_deg,
     )

@@ -75,13 +75,21 @@ class EmergencyVehicle(eqx.Module):
     """Outer surface with the panels at -90 deg; theirs are the last `PANEL_FACETS`."""
 
 
-def nominal_vehicle(*, surface: bool = False) -> EmergencyVehicle:
-    """The satellite as designed; with a `surface` sunlight presses on it."""
-    inertia = jnp.asarray(INERTIA_KG_M2)
-    inverse = jnp.asarray(np.linalg.inv(INERTIA_KG_M2))
-    panel, sigmas = jnp.asarray(panel_inertia()), jnp.asarray(SIGMAS)
+def nominal_vehicle(
+    *,
+    surface: bool = False,
+    inertia_kg_m2: Float[np.ndarray, "3 3"] = INERTIA_KG_M2,
+    sigmas: tuple[float, float, float] = SIGMAS,
+) -> EmergencyVehicle:
+    """The satellite as designed; with a `surface` sunlight presses on it.
+
+    `sigmas` are those of one measurement: attitude [rad], rate [rad/s], field [T].
+    """
+    inertia = jnp.asarray(inertia_kg_m2)
+    inverse = jnp.asarray(np.linalg.inv(inertia_kg_m2))
+    panel = jnp.asarray(panel_inertia())
     facets = outer_surface() if surface else None
-    return EmergencyVehicle(inertia, inverse, inertia, jnp.eye(3), jnp.eye(3), panel, sigmas, facets)
+    return EmergencyVehicle(inertia, inverse, inertia, jnp.eye(3), jnp.eye(3), panel, jnp.asarray(sigmas), facets)
 
 
 def panel_inertia() -> Float[np.ndarray, "3 3"]:

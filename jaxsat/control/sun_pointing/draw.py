@@ -44,12 +44,17 @@ class Dispersions:
         return any(value > 0.0 for value in (*spread, *detectors))
 
 
-def draw_cases(dispersions: Dispersions, keys: Key[Array, " cases"]) -> Cases:
-    """One case for each key; a case does not depend on how many there are."""
+def draw_cases(
+    dispersions: Dispersions, keys: Key[Array, " cases"], nominal: SunPointingVehicle | None = None
+) -> Cases:
+    """One case for each key; a case does not depend on how many there are.
+
+    They differ from the `nominal` vehicle, by default that of the study.
+    """
     q, w, noise = jax.vmap(lambda key: _motion(dispersions, key))(keys)
-    vehicle = nominal_vehicle()
+    vehicle = designed = nominal_vehicle() if nominal is None else nominal
     if dispersions.vehicles_differ:
-        vehicle = jax.vmap(lambda key: _vehicle(dispersions, jax.random.fold_in(key, 1)))(keys)
+        vehicle = jax.vmap(lambda key: _vehicle(dispersions, jax.random.fold_in(key, 1), designed))(keys)
     return Cases(q, w, vehicle, noise)
 
 
@@ -60,10 +65,9 @@ def _motion(dispersions: Dispersions, key) -> tuple[Float[Array, "4"], Float[Arr
     return quaternion.normalize(q), rate * unit(jax.random.normal(axis, (3,))), noise
 
 
-def _vehicle(dispersions: Dispersions, key) -> SunPointingVehicle:
+def _vehicle(dispersions: Dispersions, key, nominal: SunPointingVehicle) -> SunPointingVehicle:
     keys = jax.random.split(key, 7)
     dead_key, gain_key = jax.random.split(jax.random.fold_in(key, 1))
-    nominal = nominal_vehicle()
     J = nominal.inertia
     off = jax.random.normal(keys[0], (3, 3))
     products = jnp.tril(off, -1) * (jnp.trace(J) / 3.0)

@@ -45,14 +45,20 @@ class SunPointingVehicle(eqx.Module):
     assumed_body_from_instrument: Float[Array, "3 3"]
 
 
-def nominal_vehicle() -> SunPointingVehicle:
-    """The vehicle as it was designed."""
-    inertia = jnp.asarray(INERTIA_KG_M2)
+def nominal_vehicle(
+    *,
+    inertia_kg_m2: Float[np.ndarray, "3 3"] = INERTIA_KG_M2,
+    torque_N_m: tuple[float, ...] = TORQUE_N_M,
+    lever_m: float = LEVER_M,
+    min_pulse_s: float = MIN_PULSE_S,
+) -> SunPointingVehicle:
+    """The vehicle as it was designed; the `torque_N_m` of each axis is that of a couple at the lever from it."""
+    inertia = jnp.asarray(inertia_kg_m2)
     mounting = jnp.asarray(BODY_FROM_INSTRUMENT)
-    thrusters = Thrusters(jnp.array(TORQUE_N_M), jnp.eye(3), jnp.asarray(LEVER_M), jnp.asarray(MIN_PULSE_S))
+    thrusters = Thrusters(jnp.array(torque_N_m), jnp.eye(3), jnp.asarray(lever_m), jnp.asarray(min_pulse_s))
     return SunPointingVehicle(
         inertia=inertia,
-        inverse_inertia=jnp.asarray(np.linalg.inv(INERTIA_KG_M2)),
+        inverse_inertia=jnp.asarray(np.linalg.inv(inertia_kg_m2)),
         thrusters=thrusters,
         sensor=PyramidSunSensor(),
         body_from_instrument=mounting,

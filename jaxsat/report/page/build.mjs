@@ -1,5 +1,5 @@
-// Bundles main.js and search.js with all that they import into ../page.bundle.js and ../search.bundle.js; on top of the
-// first one the licences of what is kept in it.
+// Bundles main.js, search.js and sweep.js with all that they import into ../page.bundle.js, ../search.bundle.js and
+// ../sweep.bundle.js; on top of the first one the licences of what is kept in it.
 import { createHash } from "node:crypto";
 import { readFileSync, readdirSync } from "node:fs";
 import { build } from "esbuild";
@@ -25,4 +25,6 @@ const shared = {
 const banner = { js: `${sum}\n${read("../page.LICENSES.txt")}*/` };
 await build({ ...shared, entryPoints: ["main.js"], outfile: "../page.bundle.js", banner });
 // Nothing of others in it.
-await build({ ...shared, entryPoints: ["search.js"], outfile: "../search.bundle.js", banner: { js: `${sum}*/` } });
+for (const name of ["search", "sweep"]) {
+  await build({ ...shared, entryPoints: [`${name}.js`], outfile: `../${name}.bundle.js`, banner: { js: `${sum}*/` } });
+}

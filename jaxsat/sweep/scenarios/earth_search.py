@@ -41,7 +41,7 @@ ASSUMPTIONS = (
     "presence goes by the size of the first harmonic, whatever its phase",
     "while tracking, the drift of the vertical is learnt from outputs and gyros (tracking=)",
     "the sensors' angle fits 800 km (mounting_deg=), and the altitude is known on board",
-    "accelerations and lags of 0.005 deg/s2, 20 s (large) and 0.2 deg/s2, 2 s (small)",
+    "accelerations and lags of 0.005 deg/s2, 20 s (large) and 0.2 deg/s2, 2 s (small) where not given",
     "mean brightness uniform in 25 to 60 W/(m2 sr), 15 % of it locally over 700 km, never below 25",
     "a spare stands 30 deg in azimuth beside its sensor; Sun and Moon stand still, the orbit is circular",
 )
@@ -71,6 +71,10 @@ OPTIONS = (
     Option("approach_rate_deg_s", "0", "0: that of the spacecraft and the strategy"),
     Option("time_s", "0", "simulated time; 0: 3600 of a large spacecraft, 900 of a small one"),
     Option("period_s", "0", "control period; 0: 4 of a large spacecraft, 0.5 of a small one"),
+    Option("track_rate_deg_s", "0", "largest correction while tracking; 0: that of the strategy"),
+    Option("track_gain", "0.02", "commanded rate over the angle while tracking, 1/s"),
+    Option("acceleration_deg_s2", "0", "largest of each axis; 0: that of the spacecraft"),
+    Option("lag_s", "0", "with which the rate follows the command; 0: that of the spacecraft"),
     Option("earth", "moving", "moving: its centre goes round once an orbit; still: it stays where it is"),
 )
 CHUNK = 1000
@@ -117,6 +121,8 @@ def _program(options: tuple[tuple[str, str], ...]):
         failure=choice("failure", Failure),
         even=even,
         mounting=mounting,
+        acceleration_deg_s2=number("acceleration_deg_s2", low=0.0, high=100.0) or None,
+        lag_s=number("lag_s", low=0.0, high=1e3) or None,
         still=choice("earth", Literal["moving", "still"]) == "still",
     )
     law = search_law(size, strategy)
@@ -128,7 +134,9 @@ def _program(options: tuple[tuple[str, str], ...]):
     changed = {
         "search_rate": search,
         "approach_rate": approach,
-        "track_rate": float(law.track_rate) if strategy == "published" else approach,
+        "track_rate": math.radians(number("track_rate_deg_s", low=0.0, high=5.0))
+        or (float(law.track_rate) if strategy == "published" else approach),
+        "track_gain": number("track_gain", low=0.0, high=10.0),
         # A turn about x moves z along y.
         "search_direction": jnp.array([math.sin(axis), math.cos(axis)]),
         "drift_gain": float(law.drift_gain) if learns else 0.0,

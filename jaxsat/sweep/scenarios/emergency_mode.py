@@ -5,6 +5,7 @@ error stays below the limit for the last half orbit.
 """
 
 import functools
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -12,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from jaxsat.sweep.history import History
 from jaxsat.sweep.inputs import Input
+from jaxsat.sweep.more_options import date_of, inertia_of
 from jaxsat.sweep.scenario import Factory, Metric, Option, Scenario, case_keys, choice_of, number_of
 
 NAME = "emergency-mode"
@@ -26,6 +28,15 @@ METRICS = {
     "final_error_deg": Metric("deg", "at the end"),
     "magnetic_impulse_A_m2_s": Metric("A m2 s", "sum of the three dipoles' sizes over time"),
 }
+ASSUMPTIONS = (
+    "14 October 2018 (start=), for which the node of 51 deg gives the paper's angles of the Sun; it begins at the node",
+    "1-sigma of a measurement: 0.02 deg, 0.002 deg/s, 100 nT; filtered by the mean over 16 s",
+    "gains that experiments/emergency_mode/gains.py found: the paper has none",
+    "the torque's sign and the duty test are the paper's corrected ones",
+    "panels of 60 kg and 3 x 5 m, 5 m from the centre of mass; the moments are those at -90 deg",
+    "no solar pressure, air, residual dipole, nor pull of Sun and Moon on the body",
+)
+"""What decides the result and is not in the paper, or is left out."""
 OPTIONS = (
     Option("orbits", "4", "simulated time"),
     Option("limit_deg", "1", "error that counts as settled"),
@@ -37,6 +48,21 @@ OPTIONS = (
     Option("inertia", "0", "1-sigma of the moments of inertia, relative, unknown to the computer"),
     Option("field", "0", "1-sigma of the true field over the model's, of its size, relative, and direction, rad"),
     Option("magnetometer", "0", "1-sigma of the elements of the magnetometer's matrix"),
+    Option("start", "2018-10-14", "date at whose beginning, UTC, the satellite is at its node"),
+    Option("height_km", "720", "of the circular orbit"),
+    Option("inclination_deg", "98.2695", "of the orbit"),
+    Option("node_deg", "51", "right ascension of the orbit's node"),
+    Option("moments_kg_m2", "11450,7150,9450", "body x, y (up) and z, with panels at -90 deg"),
+    Option("max_dipole_A_m2", "300", "of each coil"),
+    Option("attitude_gain", "6.8e-7", "far off, 1/s2"),
+    Option("rate_gain", "3.55e-3", "far off, 1/s"),
+    Option("fine_gain", "5.6e-7", "near, stiffness, 1/s2"),
+    Option("fine_lead", "3.2e-3", "near, damping, 1/s"),
+    Option("fine_pole", "0.6", "near, memory from period to period, 0 to 1"),
+    Option("fine_below_deg", "3", "error below which the near law is in force"),
+    Option("attitude_noise_deg", "0.02", "1-sigma of one measurement about each axis"),
+    Option("rate_noise_deg_s", "0.002", "1-sigma of one measurement about each axis"),
+    Option("field_noise_nT", "100", "1-sigma of one measurement along each axis"),
 )
 CHUNK = 250
 
@@ -47,13 +73,14 @@ def _program(options: tuple[tuple[str, str], ...]):
     import jax
     import jax.numpy as jnp
 
+    from jaxsat.constants import EARTH_EQUATORIAL_RADIUS, EARTH_MU
     from jaxsat.control.emergency_mode.cases import run_cases, run_one
     from jaxsat.control.emergency_mode.draw import Dispersions, draw_cases
     from jaxsat.control.emergency_mode.law import EmergencyLaw
     from jaxsat.control.emergency_mode.loop import ALWAYS_ON
     from jaxsat.control.emergency_mode.orbit import SunFollowing, fly, leg, orbital_period
     from jaxsat.control.emergency_mode.rotating_panels import PanelSlew
-    from jaxsat.control.emergency_mode.vehicle import CONTROL_PERIOD_S
+    from jaxsat.control.emergency_mode.vehicle import CONTROL_PERIOD_S, nominal_vehicle
 
     number, choice = functools.partial(number_of, dict(options)), functools.partial(choice_of, dict(options))
     orbits, limit = number("orbits", low=0.5, high=100.0), number("limit_deg", low=0.01, high=90.0)
@@ -69,18 +96,41 @@ def _program(options: tuple[tuple[str, str], ...]):
     )
 
     panels = choice("panels", ("fixed", "slew", "sun"))
+    start, height = date_of(dict(options), "start"), number("height_km", low=200.0, high=2000.0)
+    inclination, node = number("inclination_deg", low=0.0, high=180.0), number("node_deg", low=0.0, high=360.0)
+    law = EmergencyLaw(
+        attitude_gain=number("attitude_gain", low=0.0, high=1.0),
+        rate_gain=number("rate_gain", low=0.0, high=1.0),
+        fine_gain=number("fine_gain", low=0.0, high=1.0),
+        fine_lead=number("fine_lead", low=0.0, high=1.0),
+        fine_pole=number("fine_pole", low=0.0, high=0.999),
+        fine_below=math.radians(number("fine_below_deg", low=0.0, high=90.0)),
+        max_dipole=number("max_dipole_A_m2", low=0.0, high=1e5),
+    )
+    inertia = inertia_of(dict(options), "moments_kg_m2")
+    sigmas = (
+        math.radians(number("attitude_noise_deg", low=0.0, high=10.0)),
+        math.radians(number("rate_noise_deg_s", low=0.0, high=10.0)),
+        1e-9 * number("field_noise_nT", low=0.0, high=1e5),
+    )
+    # As long as a turn of the paper's orbit at least, whose legs stay what they were.
+    turn_s = max(6000.0, 1.005 * 2.0 * math.pi * math.sqrt((EARTH_EQUATORIAL_RADIUS + 1e3 * height) ** 3 / EARTH_MU))
 
     @functools.cache
     def surroundings():
         """The leg, and control periods of half an orbit."""
-        flight = fly((orbits + 0.2) * 6000.0 / 86400.0)
+        days = (orbits + 0.2) * turn_s / 86400.0
+        flight = fly(days, start_utc=start, height_km=height, inclination_deg=inclination, node_deg=node)
         orbit = round(orbital_period(flight) / CONTROL_PERIOD_S)
         turning = {"fixed": None, "slew": PanelSlew(0.0), "sun": SunFollowing(flight)}[panels]
         return leg(flight, 0, round(orbits * orbit), panels=turning), orbit // 2
 
+    def nominal():
+        return nominal_vehicle(inertia_kg_m2=inertia, sigmas=sigmas)
+
     def metrics(around, keys, half):
-        cases = draw_cases(dispersions, around, keys)
-        state, samples = run_cases(ALWAYS_ON, EmergencyLaw(), cases, around)
+        cases = draw_cases(dispersions, around, keys, nominal())
+        state, samples = run_cases(ALWAYS_ON, law, cases, around)
         error = jnp.degrees(jnp.sqrt(jnp.sum(samples.error**2, axis=2)))
         sound = jnp.all(jnp.isfinite(error), axis=1)
         last = jnp.max(error[:, -half:], axis=1)
@@ -99,10 +149,10 @@ def _program(options: tuple[tuple[str, str], ...]):
         return {"status": jnp.where(sound, jnp.where(settled, 0, 1), 2), **found}
 
     def alone(around, keys):
-        return run_one(ALWAYS_ON, EmergencyLaw(), draw_cases(dispersions, around, keys), around)[1]
+        return run_one(ALWAYS_ON, law, draw_cases(dispersions, around, keys, nominal()), around)[1]
 
     compiled = jax.jit(metrics, static_argnums=2), jax.jit(alone)
-    drawn = jax.jit(functools.partial(draw_cases, dispersions))
+    drawn = jax.jit(lambda first, keys: draw_cases(dispersions, first, keys, nominal()))
 
     def run(seed, numbers):
         around, half = surroundings()
@@ -194,4 +244,4 @@ def _history(samples) -> History:
     return History(CONTROL_PERIOD_S * np.arange(1, len(error) + 1), columns, charts)
 
 
-make = Factory(_build, OPTIONS)
+make = Factory(_build, OPTIONS, ASSUMPTIONS)

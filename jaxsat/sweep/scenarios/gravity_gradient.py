@@ -1,7 +1,7 @@
 """A satellite under gravity gradient, let go at random: upright or tumbling.
 
-A rigid satellite of moments 12, 12.5 and 0.6 kg m^2 on a circular orbit of 700 km begins tilted and turning at random
-against the orbital attitude, its long axis up. Nothing damps it: it librates, or it tumbles.
+A rigid satellite, by default of moments 12, 12.5 and 0.6 kg m^2 on a circular orbit of 700 km, begins tilted and
+turning at random against the orbital attitude, its long axis up. Nothing damps it: it librates, or it tumbles.
 """
 
 import functools
@@ -13,6 +13,7 @@ import numpy as np
 
 from jaxsat.sweep.history import History
 from jaxsat.sweep.inputs import Input
+from jaxsat.sweep.more_options import inertia_of
 from jaxsat.sweep.scenario import Factory, Metric, Option, Scenario, case_keys, chunk_of, number_of
 
 NAME = "gravity-gradient"
@@ -22,17 +23,23 @@ METRICS = {
     "final_rate_deg_s": Metric("deg/s", "rate against the orbital frame at the end"),
     "upset_time_s": Metric("s", "when the long axis first passed the horizontal; none in a case that stayed upright"),
 }
+ASSUMPTIONS = (
+    "a rigid body on a circular orbit about a round Earth (moments_kg_m2=, altitude_km=)",
+    "no torque but the gravity gradient: nothing damps it",
+)
 OPTIONS = (
     Option("tilt_deg", "15", "1-sigma of the initial rotation about each body axis"),
     Option("rate_deg_s", "0.04", "1-sigma of the initial rate about each body axis, against the orbital frame"),
     Option("orbits", "1", "how many orbits are run"),
+    Option("moments_kg_m2", "12,12.5,0.6", "about body x (along the track), y (the orbit's normal) and z (up)"),
+    Option("altitude_km", "700", "of the circular orbit, above 6378 km"),
 )
 
 CHUNK = 512
 MOMENTS = (12.0, 12.5, 0.6)
 """About body x (along the track), y (along the orbit's normal) and z (up) in the orbital attitude [kg m^2]."""
-RADIUS = 7.078e6
-"""Of the orbit [m]."""
+EARTH, RADIUS = 6.378e6, 7.078e6
+"""Of the Earth, and of the orbit of 700 km [m]."""
 TOLERANCE = 1e-7
 """Error at the end of a steady turn at `FAST` times the 1-sigma rate [rad]; a body that hangs about the horizontal
 makes thousands of times more of it, as it does of its initial state."""
@@ -59,13 +66,16 @@ def _build(options: Mapping[str, str]) -> Scenario:
     tilt = math.radians(number_of(options, "tilt_deg", low=0.0, high=180.0))
     rate = math.radians(number_of(options, "rate_deg_s", low=0.0, high=1.0))
     orbits = number_of(options, "orbits", low=0.01, high=100.0)
+    moments = tuple(np.diag(inertia_of(options, "moments_kg_m2")).tolist())
+    radius = EARTH + 1e3 * number_of(options, "altitude_km", low=150.0, high=50_000.0)
+    moved = functools.partial(motions, tilt=tilt, rate=rate, orbits=orbits, moments=moments, radius=radius)
 
     def run(seed: int, cases: np.ndarray) -> dict[str, np.ndarray]:
-        return outcome(motions(seed, cases, tilt=tilt, rate=rate, orbits=orbits))
+        return outcome(moved(seed, cases))
 
     def history(seed: int, case: int) -> History:
         # In its own chunk, whose program is compiled and whose last digits are those of the sweep.
-        found = motions(seed, chunk_of(case, CHUNK), tilt=tilt, rate=rate, orbits=orbits)
+        found = moved(seed, chunk_of(case, CHUNK))
         return _history(found, case % CHUNK)
 
     axes = tuple("xyz")
@@ -124,18 +134,30 @@ def _history(motion: Motion, case: int) -> History:
     return History(motion.t_s, columns, charts)
 
 
-make = Factory(_build, OPTIONS)
+make = Factory(_build, OPTIONS, ASSUMPTIONS)
 
 
-def motions(seed: int, cases: np.ndarray, *, tilt: float, rate: float, orbits: float) -> Motion:
-    """Motion of numbered cases; `tilt` [rad] and `rate` [rad/s] are the 1-sigma of what they begin with."""
-    t_s, move = _motion(rate, orbits)
+def motions(
+    seed: int,
+    cases: np.ndarray,
+    *,
+    tilt: float,
+    rate: float,
+    orbits: float,
+    moments: tuple[float, ...] = MOMENTS,
+    radius: float = RADIUS,
+) -> Motion:
+    """Motion of numbered cases; `tilt` [rad] and `rate` [rad/s] are the 1-sigma of what they begin with.
+
+    Of a body of the `moments` [kg m^2] on an orbit of the `radius` [m].
+    """
+    t_s, move = _motion(rate, orbits, moments, radius)
     found = move(case_keys(seed, cases), tilt, rate)
     return Motion(t_s, *(np.asarray(array) for array in found))
 
 
 @functools.lru_cache(maxsize=4)
-def _motion(rate: float, orbits: float):
+def _motion(rate: float, orbits: float, moments: tuple[float, ...], radius: float):
     """Times [samples] and the motion from (keys, tilt, rate) to (quaternion, rate, tilt)."""
     import jax
     import jax.numpy as jnp
@@ -148,20 +170,20 @@ def _motion(rate: float, orbits: float):
     from jaxsat.simulate import simulate_on_grid
     from jaxsat.spacecraft import Spacecraft
 
-    mean_motion = math.sqrt(EARTH_MU / RADIUS**3)
+    mean_motion = math.sqrt(EARTH_MU / radius**3)
     period = 2.0 * math.pi / mean_motion
     t_s = np.linspace(0.0, orbits * period, 1 + max(1, math.ceil(SAMPLES * orbits)))
     # The libration itself turns the body at up to twice the orbital rate.
     max_step = step_for(RK4, 2.0 * mean_motion + FAST * rate, orbits * period, TOLERANCE)
     grid = StepGrid.through(t_s, start=0.0, max_step=max_step)
-    orbit = KeplerOrbit(RADIUS, 0.0, math.radians(98.0), 0.0, 0.0, 0.0)
+    orbit = KeplerOrbit(radius, 0.0, math.radians(98.0), 0.0, 0.0, 0.0)
     # NumPy from here on: each operation of JAX outside a compiled function would be compiled by itself.
     position, velocity = (np.asarray(x) for x in jax.jit(jax.vmap(orbit))(grid.node_times))
     table = OrbitTable(jnp.asarray(position), jnp.asarray(np.zeros_like(position)))
-    up = position[grid.sample_node] / RADIUS
+    up = position[grid.sample_node] / radius
     normal = np.cross(position[0], velocity[0]) / np.linalg.norm(np.cross(position[0], velocity[0]))
     inertial_from_orbit = np.stack([np.cross(normal, up[0]), normal, up[0]], axis=1)
-    craft = Spacecraft(jnp.asarray(np.diag(MOMENTS)))
+    craft = Spacecraft(jnp.asarray(np.diag(moments)))
 
     def carried(q):
         """Rate of the orbital frame in body axes."""

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from jaxsat.sweep.history import History
 from jaxsat.sweep.inputs import Input, upright
+from jaxsat.sweep.more_options import inertia_of, numbers_of
 from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, case_keys, number_of
 
 NAME = "sun-pointing"
@@ -31,6 +32,14 @@ METRICS = {
     "firings": Metric("1", "pulses of all axes"),
     "worst_estimate_deg": Metric("deg", "largest error of the Sun's estimated direction while it was taken for known"),
 }
+ASSUMPTIONS = (
+    "the paper gives the sensor and its mounting alone: all else of the vehicle and the law is assumed",
+    "inertia of a vehicle of some tonne (moments_kg_m2=, products_kg_m2=); no torque but that of the thrusters",
+    "thrusters that are on or off (torque_N_m=, lever_m=, min_pulse_s=, exhaust_m_s=)",
+    "gains and rates of the law (attitude_gain=, rate_gain=, slew_rate_deg_s=, search_rate_deg_s=)",
+    "the Sun stands still and is never hidden; a rate gyro is read with every control period",
+)
+"""What decides the result and is not in the paper."""
 OPTIONS = (
     Option(
         "estimator",
@@ -53,6 +62,17 @@ OPTIONS = (
     Option("detector_gain", "0", "1-sigma of each detector's gain, relative"),
     Option("reading_noise", "0", "1-sigma of each detector's readings, over the maximum current"),
     Option("reading_bits", "0", "of the converter of the sensor's readings; 0: none"),
+    Option("moments_kg_m2", "620,840,1050", "of the vehicle as designed, about body x, y and z"),
+    Option("products_kg_m2", "12,-8,15", "elements xy, xz and yz of its inertia"),
+    Option("torque_N_m", "2.4,2.4,2.4", "of each axis' thrusters"),
+    Option("lever_m", "1.2", "of the thrusters from the axis"),
+    Option("min_pulse_s", "0.03", "shortest pulse"),
+    Option("exhaust_m_s", "2158", "speed, for the propellant"),
+    Option("attitude_gain", "0.05", "commanded rate over the angle still to turn, 1/s"),
+    Option("rate_gain", "0.5", "commanded acceleration over the error of the rate, 1/s"),
+    Option("slew_rate_deg_s", "0.5", "largest commanded rate"),
+    Option("search_rate_deg_s", "0.5", "of the search rotation"),
+    Option("hold_s", "100", "for which the Sun must be held"),
 )
 CHUNK = 1000
 HELD_DEG = 3.0
@@ -69,6 +89,8 @@ def _program(options: tuple[tuple[str, str], ...]):
     from jaxsat.control.sun_pointing.draw import Dispersions, draw_cases
     from jaxsat.control.sun_pointing.law import SunPointingLaw
     from jaxsat.control.sun_pointing.loop import Estimator, LoopSettings
+    from jaxsat.control.sun_pointing.vehicle import nominal_vehicle
+    from jaxsat.math import float_array
 
     reader = Reader(dict(options))
     number = reader.number
@@ -93,21 +115,36 @@ def _program(options: tuple[tuple[str, str], ...]):
         dead_faces=number("dead_faces", low=0.0, high=1.0),
         detector_gain=settings.detector_gain,
     )
-    law = SunPointingLaw(sun_angle=jnp.asarray(math.radians(number("sun_angle_deg", low=0.0, high=20.0))))
+    law = SunPointingLaw(
+        sun_angle=jnp.asarray(math.radians(number("sun_angle_deg", low=0.0, high=20.0))),
+        attitude_gain=float_array(number("attitude_gain", low=1e-6, high=10.0)),
+        rate_gain=float_array(number("rate_gain", low=1e-6, high=10.0)),
+        slew_rate=float_array(math.radians(number("slew_rate_deg_s", low=0.01, high=20.0))),
+        search_rate=float_array(math.radians(number("search_rate_deg_s", low=0.01, high=20.0))),
+        hold_time=float_array(number("hold_s", low=0.0, high=1e5)),
+    )
+    vehicle = nominal_vehicle(
+        inertia_kg_m2=inertia_of(reader.options, "moments_kg_m2", "products_kg_m2"),
+        torque_N_m=numbers_of(reader.options, "torque_N_m", 3, low=1e-6, high=1e4),
+        lever_m=number("lever_m", low=1e-3, high=100.0),
+        min_pulse_s=number("min_pulse_s", low=0.0, high=period),
+    )
+    exhaust = number("exhaust_m_s", low=10.0, high=1e5)
     periods = math.ceil(number("time_s", low=10.0, high=1e5) / period)
     sun_eci = jnp.array([1.0, 0.0, 0.0])
-    draw = jax.jit(functools.partial(draw_cases, dispersions))
-    run = jax.jit(lambda cases: _metrics(law, run_cases(settings, law, cases, sun_eci, periods), cases, sun_eci))
+    draw = jax.jit(lambda keys: draw_cases(dispersions, keys, vehicle))
+    run = jax.jit(
+        lambda cases: _metrics(law, run_cases(settings, law, cases, sun_eci, periods), cases, sun_eci, exhaust)
+    )
     one = jax.jit(lambda cases: run_one(settings, law, cases, sun_eci, periods)[1])
     return settings, draw, run, one
 
 
-def _metrics(law, state, cases, sun_eci):
+def _metrics(law, state, cases, sun_eci, exhaust):
     import jax
     import jax.numpy as jnp
 
     from jaxsat.control.sun_pointing.law import DAMPING, SEARCH, SLEW
-    from jaxsat.control.sun_pointing.vehicle import EXHAUST_SPEED_M_S
     from jaxsat.math import angle_between, quaternion, safe_norm
 
     mounting = jnp.broadcast_to(cases.vehicle.body_from_instrument, (len(cases.quaternion), 3, 3))
@@ -127,7 +164,7 @@ def _metrics(law, state, cases, sun_eci):
         "final_error_deg": off,
         "final_rate_deg_s": jnp.degrees(safe_norm(state.angular_velocity)),
         "impulse_N_s": state.impulse,
-        "propellant_g": 1e3 * state.impulse / EXHAUST_SPEED_M_S,
+        "propellant_g": 1e3 * state.impulse / exhaust,
         "firings": state.pulses,
         "worst_estimate_deg": jnp.degrees(2.0 * jnp.arcsin(jnp.minimum(0.5 * jnp.sqrt(state.worst_estimate), 1.0))),
     }
@@ -251,4 +288,4 @@ def _angles(v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.degrees(np.arccos(np.clip(v[:, 0], -1.0, 1.0))), azimuth
 
 
-make = Factory(_build, OPTIONS)
+make = Factory(_build, OPTIONS, ASSUMPTIONS)

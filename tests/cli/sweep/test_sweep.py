@@ -67,6 +67,7 @@ def test_what_a_sweep_leaves(capsys):
         "chunks",
         "distributions.png",
         "summary.json",
+        "sweep.html",
         "sweep.json",
     ]
     captured = capsys.readouterr()

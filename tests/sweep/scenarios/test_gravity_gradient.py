@@ -115,7 +115,9 @@ def test_options_reach_the_motion(motion, monkeypatch):
         return motion
 
     monkeypatch.setattr(gravity_gradient, "motions", record)
-    run_cases(make({"tilt_deg": "180", "orbits": "2.5"}), 1, CASES)
-    assert given == {"tilt": math.pi, "rate": math.radians(0.04), "orbits": 2.5}
+    own = {"moments_kg_m2": "1,1.1,0.2", "altitude_km": "550"}
+    run_cases(make({"tilt_deg": "180", "orbits": "2.5", **own}), 1, CASES)
+    body = {"moments": (1.0, 1.1, 0.2), "radius": 6.928e6}
+    assert given == {"tilt": math.pi, "rate": math.radians(0.04), "orbits": 2.5, **body}
     with pytest.raises(InputError, match="rate_deg_s: expected a number from 0 to 1, found '2'"):
         make({"rate_deg_s": "2"})
