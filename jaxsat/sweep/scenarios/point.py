@@ -1,4 +1,4 @@
-"""A satellite of any file turns to the Sun, the Earth or the stars and holds it, by wheels or torquers.
+"""A satellite of any file turns to Sun, Earth or stars and holds it, by wheels or torquers.
 
 Quaternion feedback (Wie, Weiss & Arapostathis 1989) with wheels, which torquers unload by the cross-product law, or
 with torquers alone. A case has succeeded if its error stays below the limit for the last quarter of the time.
