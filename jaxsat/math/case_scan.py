@@ -66,7 +66,7 @@ def scan_cases(
         carry = taken(replayed, carry, number, () if drawn is None else drawn(number))
         if inner is not None:
 
-            def on(carry, place):
+            def on(carry, place, inner=inner):
                 return taken(inner_one, carry, place, inner.drawn(number, place)), None
 
             carry, _ = jax.lax.scan(on, carry, jnp.arange(inner.steps))

@@ -18,6 +18,10 @@ TRIED = (0, 10)
 """Version of JAX with which this was tried: the attributes are of XLA's inside, not of its interface."""
 
 
+REFUSED = ("UNIMPLEMENTED", "Failed to materialize symbols")
+"""In XLA's errors where it cannot: by itself, or by its older generator of code with what stands in libraries."""
+
+
 def in_one_function(function: Callable[P, R]) -> Callable[P, R]:
     """`function`, for the arguments of a `jax.jit` as they are, compiled for a CPU into a single function.
 
@@ -46,7 +50,7 @@ def first_that_compiles(first: Callable[P, R], other: Callable[P, R]) -> Callabl
         try:
             return first(*args, **kwargs)
         except jax.errors.JaxRuntimeError as error:
-            if "UNIMPLEMENTED" not in str(error):
+            if not any(words in str(error) for words in REFUSED):
                 raise
             chosen = other
             return other(*args, **kwargs)

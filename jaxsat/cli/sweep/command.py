@@ -156,6 +156,7 @@ def sweep(
     from jaxsat.cli.sweep.listing import list_one, list_scenarios, write_new
 
     given = dict(text.split("=", 1) for text in options or ())
+    given |= {name: str(path) for name, path in (("satellite", satellite), ("orbit", orbit)) if path is not None}
     if new is not None:
         if scenario is not None:
             raise CycloptsError(msg="--new writes a file and runs nothing: it goes without a scenario.")
@@ -170,7 +171,6 @@ def sweep(
     from jaxsat.cli.sweep.run import SweepRun
     from jaxsat.sweep import CodeError
 
-    given |= {name: str(path) for name, path in (("satellite", satellite), ("orbit", orbit)) if path is not None}
     try:
         if listed:
             list_one(scenario, given)

@@ -10,6 +10,7 @@ from jaxsat.control.loops.estimators import AsRead as AsRead
 from jaxsat.control.loops.estimators import Estimate as Estimate
 from jaxsat.control.loops.estimators import Now as Now
 from jaxsat.control.loops.estimators import Perfect as Perfect
+from jaxsat.control.loops.filtered import Filtered as Filtered
 from jaxsat.control.loops.loop import LoopState as LoopState
 from jaxsat.control.loops.loop import Plant as Plant
 from jaxsat.control.loops.loop import first_state as first_state

@@ -40,6 +40,8 @@ class Estimate(eqx.Module):
     """[rad/s]"""
     quaternion: Float[Array, "4"] | None = None
     """inertial-from-body."""
+    attitude_known: Bool[Array, ""] | None = None
+    """Whether the attitude is known yet; None where it always is."""
 
 
 class AbstractEstimator(eqx.Module):

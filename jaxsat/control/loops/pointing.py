@@ -62,6 +62,8 @@ class Pointing(AbstractController):
             rate=rate,
             momentum=self.inertia @ rate + stored,
         )
+        if estimate.attitude_known is not None:
+            torque = jnp.where(estimate.attitude_known, torque, 0.0)
         if self.wheels is None:
             return None, Commands(saturated(across_field_dipole(torque, field), self.max_dipole), jnp.zeros(3))
         if now.truth.wheel_speed is not None:

@@ -1,4 +1,4 @@
-"""A satellite of any file turns to the Sun, the Earth or the stars and holds it, by wheels or torquers.
+"""A satellite of any file turns to Sun, Earth or stars and holds it, by wheels or torquers.
 
 Quaternion feedback (Wie, Weiss & Arapostathis 1989) with wheels, which torquers unload by the cross-product law, or
 with torquers alone. A case has succeeded if its error stays below the limit for the last quarter of the time.
@@ -40,7 +40,7 @@ OPTIONS = (
     Option("declination_deg", "0", "where the axis points for the target inertial"),
     Option("actuators", "wheels", "wheels, which torquers unload, or torquers alone"),
     Option("rate_deg_s", "0.3", "largest rate at the start: its size is uniform up to it, its direction over all"),
-    Option("limit_deg", "auto", "error that counts as settled; auto: 2 by wheels, 15 by torquers"),
+    Option("limit_deg", "auto", "error that counts as settled; auto: 2, with a filter 5, by torquers 15"),
     Option("frequency", "auto", "of small errors, rad/s; auto: 0.1 by wheels, the orbit's own by torquers"),
     Option("damping", "0.8", "damping ratio"),
     Option("slew_deg_s", "0.5", "largest rate of a slew"),
@@ -49,14 +49,21 @@ OPTIONS = (
     Option("period_s", "1", "control period"),
     Option("duty", "0.8", "share of a period in which the torquers are on"),
     Option("sensors", "file", "with the errors of the satellite file, or perfect"),
-    Option("attitude_sigma_deg", "0.2", "1-sigma about each axis of an attitude, where the file has no star_tracker"),
+    Option(
+        "attitude",
+        "auto",
+        "that of the file's star_tracker; of a filter of gyro, Sun and field; or a stand_in: the true one with noise; "
+        "auto: star_tracker where there is one, else filter",
+    ),
+    Option("attitude_sigma_deg", "0.2", "1-sigma about each axis of the stand_in"),
+    Option("field_sigma_deg", "1", "1-sigma of the field's direction as the filter takes it, calibration included"),
     Option("dropouts", "0", "probability that a reading does not come"),
     Option("step_s", "auto", "of the motion's integration; auto: 1e-6 rad at the end, a control period at most"),
 )
 ASSUMPTIONS = (
     "All cases begin at the same place of the orbit; attitudes are uniform, rates uniform in size and direction.",
     "Numbers of the satellite file with a sigma are normal about their values; the law knows the values alone.",
-    "Without a star_tracker an attitude with white noise stands for that of a filter, in the dark too.",
+    "Without a star_tracker the attitude is that of a filter, which begins when Sun and field are first seen at once.",
     "Wheels begin at rest and tell their speed without error; orbit, field and Sun are known on board.",
 )
 CHUNK = 200
@@ -72,8 +79,20 @@ def _program(options: tuple[tuple[str, str], ...]):
 
     from jaxsat.control.laws import target_along
     from jaxsat.control.laws.targets import Goal
-    from jaxsat.control.loops import AsRead, Perfect, Pointing, PointingWatch, Schedule, channel, step_within, timeline
+    from jaxsat.control.loops import (
+        AsRead,
+        Filtered,
+        Perfect,
+        Pointing,
+        PointingWatch,
+        Schedule,
+        channel,
+        step_within,
+        timeline,
+    )
     from jaxsat.control.loops.pointing import off_target
+    from jaxsat.estimation.attitude_filter import AttitudeFilter
+    from jaxsat.estimation.gyro_errors import GyroErrors
     from jaxsat.math import safe_norm
     from jaxsat.satellites.actuators import torquers_of, wheels_of
     from jaxsat.sensors import StarTracker
@@ -100,8 +119,6 @@ def _program(options: tuple[tuple[str, str], ...]):
     flight = flight_of(dict(options))
     satellite = flight.satellite
     duration = orbits * flight.orbit_s
-    limit = reader.number_or("limit_deg", "auto", low=1e-3, high=180.0)
-    limit = math.radians(limit if limit is not None else 2.0 if by_wheels else 15.0)
     frequency = reader.number_or("frequency", "auto", low=1e-5, high=10.0)
     if frequency is None:
         frequency = 0.1 if by_wheels else flight.orbit_rate
@@ -109,12 +126,30 @@ def _program(options: tuple[tuple[str, str], ...]):
     if step is None:
         step = min(period, step_within(TOLERANCE_RAD, max(most_rate, slew), duration))
     perfect = reader.word("sensors", ("file", "perfect")) == "perfect"
-    star = has_star_tracker(satellite)
-    sights = () if perfect else ("field", "rate", "attitude") if star else ("field", "rate")
-    channels, names = channels_of(satellite, sights, period_s=period, dropout=dropouts)
-    if not perfect and not star:
+    source = reader.word("attitude", ("auto", "star_tracker", "filter", "stand_in"))
+    if source == "auto":
+        source = "star_tracker" if has_star_tracker(satellite) else "filter"
+    seen = {"star_tracker": ("attitude",), "filter": ("sun",), "stand_in": ()}[source]
+    channels, names = channels_of(
+        satellite, () if perfect else ("field", "rate", *seen), period_s=period, dropout=dropouts
+    )
+    limit = reader.number_or("limit_deg", "auto", low=1e-3, high=180.0)
+    if limit is None:
+        limit = 15.0 if not by_wheels else 5.0 if source == "filter" and not perfect else 2.0
+    limit = math.radians(limit)
+    estimator = Perfect() if perfect else AsRead()
+    if not perfect and source == "stand_in":
         sigma = math.radians(number("attitude_sigma_deg", low=0.0, high=60.0))
         channels["attitude"] = channel(StarTracker(), sigma=sigma, dropout=dropouts)
+    elif not perfect and source == "filter":
+        gyro = next(leaf for leaf in satellite.leaves if leaf.name.startswith(f"{names['rate']}.bias"))
+        white = math.hypot(*(np.asarray(getattr(channels["rate"], key)) for key in ("sigma", "quantum")))
+        estimator = Filtered(
+            AttitudeFilter(GyroErrors(max(white, 1e-7) * math.sqrt(period), 1e-7)),
+            field_sigma=math.radians(number("field_sigma_deg", low=1e-3, high=60.0)),
+            sun_sigma=max(float(channels["sun"].sigma), 1e-5),
+            bias_sigma=gyro.sigma or gyro.loose,
+        )
     torquers, wheels = torquers_of(satellite), wheels_of(satellite) if by_wheels else None
     schedule = Schedule(period, step, duty)
     periods = schedule.periods(duration)
@@ -149,7 +184,7 @@ def _program(options: tuple[tuple[str, str], ...]):
         names=names,
         torquers=torquers,
         wheels=wheels,
-        estimator=Perfect() if perfect else AsRead(),
+        estimator=estimator,
         controller=law,
         schedule=schedule,
         watch=PointingWatch(limit, from_time - 1e-6 * period, wheels, period, duty),

@@ -10,7 +10,8 @@ from jaxsat.errors import InputError
 from jaxsat.sweep import drawn_inputs, run_cases
 from jaxsat.sweep.scenarios.point import make
 
-SCENARIO = make({"orbits": "0.09", "period_s": "2", "pressure": "off", "limit_deg": "3", "rate_deg_s": "0.1"})
+OPTIONS = {"orbits": "0.09", "period_s": "2", "pressure": "off", "limit_deg": "3", "rate_deg_s": "0.1"}
+SCENARIO = make(OPTIONS | {"attitude": "stand_in"})
 CASES = np.arange(SCENARIO.chunk, dtype=np.int64)
 
 
@@ -58,7 +59,16 @@ def test_options_are_checked(tmp_path):
         ({"second": "-z"}, "second: expected another direction"),
         ({"axis": "up"}, "axis: expected one of"),
         ({"target": "moon"}, "target: expected one of sun, nadir, inertial"),
+        ({"attitude": "star_tracker"}, 'has no sensor of kind "star_tracker"'),
         ({"satellite": str(file)}, r"has no three \[\[wheels\]\]"),
     ):
         with pytest.raises(InputError, match=told):
             make(given)
+
+
+@pytest.mark.slow
+def test_a_filter_of_gyro_sun_and_field_stands_in_the_same_place():
+    """In the light, within what the magnetometer is off by."""
+    scenario = make(OPTIONS | {"attitude": "filter", "limit_deg": "5"})
+    found = run_cases(scenario, 2, CASES)
+    assert np.mean(found["status"] == 0) > 0.9
