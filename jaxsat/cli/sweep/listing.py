@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from jaxsat.cli.shared.talk import Talk
-from jaxsat.cli.sweep.scenarios import FOLDER, SCENARIOS, summary_of
+from jaxsat.cli.sweep.scenarios import PACKAGES, SCENARIOS, folder_of, summary_of
 from jaxsat.errors import InputError
 
-TEMPLATE = FOLDER / "_template.py"
+TEMPLATE = folder_of(PACKAGES[0]) / "_template.py"
 _NAME, _FILE = "my-scenario", "my_scenario.py"
 """As they stand in the template."""
 

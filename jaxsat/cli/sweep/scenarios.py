@@ -1,11 +1,11 @@
-"""The scenarios that `jaxsat sweep` knows: the files of `jaxsat/sweep/scenarios`, read without being imported."""
+"""The scenarios that `jaxsat sweep` knows: the files of `PACKAGES`, read without being imported."""
 
 import ast
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 
-FOLDER = Path(__file__).parents[2] / "sweep" / "scenarios"
+PACKAGES = ("jaxsat.sweep.scenarios", "fitting.scenarios")
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,12 @@ def summary_of(source: str) -> str:
     return line if line[1:2].isupper() else line[:1].lower() + line[1:]
 
 
-SCENARIOS = found_in(FOLDER, "jaxsat.sweep.scenarios")
+def folder_of(package: str) -> Path:
+    """Where a package's files are, which is not imported."""
+    return Path(__file__).parents[3].joinpath(*package.split("."))
+
+
+SCENARIOS = {name: entry for package in PACKAGES for name, entry in found_in(folder_of(package), package).items()}
 
 
 def address_of(name: str) -> str:

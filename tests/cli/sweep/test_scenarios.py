@@ -3,7 +3,7 @@
 import subprocess
 import sys
 
-from jaxsat.cli.sweep.scenarios import FOLDER, SCENARIOS, found_in
+from jaxsat.cli.sweep.scenarios import PACKAGES, SCENARIOS, folder_of, found_in
 
 SCENARIO = '''"""{summary}
 
@@ -28,7 +28,8 @@ def test_a_file_is_all_that_a_scenario_takes(tmp_path):
 
 
 def test_every_file_is_there_with_a_summary():
-    assert len(SCENARIOS) == len([path for path in FOLDER.glob("*.py") if not path.stem.startswith("_")]) >= 4
+    files = [path for package in PACKAGES for path in folder_of(package).glob("[!_]*.py")]
+    assert len(SCENARIOS) == len(files) >= 8
     assert all(entry.summary and len(entry.summary) < 100 for entry in SCENARIOS.values())
 
 
