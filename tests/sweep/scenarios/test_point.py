@@ -7,11 +7,11 @@ import pytest
 
 from jaxsat.bundled import CUBESAT
 from jaxsat.errors import InputError
-from jaxsat.sweep import drawn_inputs, run_cases
+from jaxsat.sweep import run_cases
 from jaxsat.sweep.scenarios.point import make
 
-OPTIONS = {"orbits": "0.09", "period_s": "2", "pressure": "off", "limit_deg": "3", "rate_deg_s": "0.1"}
-SCENARIO = make(OPTIONS | {"attitude": "stand_in"})
+OPTIONS = {"orbits": "0.09", "period_s": "2", "pressure": "off", "limit_deg": "5", "rate_deg_s": "0.1"}
+SCENARIO = make(OPTIONS)
 CASES = np.arange(SCENARIO.chunk, dtype=np.int64)
 
 
@@ -20,15 +20,12 @@ def whole():
     return run_cases(SCENARIO, 2, CASES)
 
 
-def test_cases_settle_within_what_gyro_and_friction_leave(whole):
-    assert np.mean(whole["status"] == 0) > 0.95
+def test_cases_settle_by_a_filter_of_gyro_sun_and_field(whole):
+    """In the light, within what the magnetometer is off by."""
     good = whole["status"] == 0
-    assert np.all(whole["largest_error_deg"][good] < 3.0)
+    assert np.mean(good) > 0.9
+    assert np.all(whole["largest_error_deg"][good] < 5.0)
     np.testing.assert_array_equal(good, np.isfinite(whole["settling_time_s"]))
-    # A bias b of the gyro holds the attitude off by 2 z b / f, here 0.32 deg for a sigma of 0.02 deg/s.
-    drawn = drawn_inputs(SCENARIO, 2, CASES)
-    bias = np.linalg.norm([drawn[f"in_gyro_bias_{c}_deg_s"] for c in "xyz"], axis=0)
-    assert np.corrcoef(bias[good], whole["rms_error_deg"][good])[0, 1] > 0.5
     assert np.all((whole["wheel_share"] > 0.0) & (whole["wheel_share"] < 1.0))
 
 
@@ -64,11 +61,3 @@ def test_options_are_checked(tmp_path):
     ):
         with pytest.raises(InputError, match=told):
             make(given)
-
-
-@pytest.mark.slow
-def test_a_filter_of_gyro_sun_and_field_stands_in_the_same_place():
-    """In the light, within what the magnetometer is off by."""
-    scenario = make(OPTIONS | {"attitude": "filter", "limit_deg": "5"})
-    found = run_cases(scenario, 2, CASES)
-    assert np.mean(found["status"] == 0) > 0.9

@@ -1,16 +1,13 @@
-"""Settling from a satellite file: what counts as settled, what the file must have, and one case beside `simulate`."""
+"""Settling from a satellite file: what counts as settled, and what the file must have."""
 
-import dataclasses
 from types import SimpleNamespace
 
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from jaxsat.bundled import CUBESAT, PASSIVE
 from jaxsat.errors import InputError
-from jaxsat.sweep import case_keys, drawn_inputs
-from jaxsat.sweep.scenarios import settle
+from jaxsat.sweep import drawn_inputs
 from jaxsat.sweep.scenarios.settle import make, outcome
 
 OPTIONS = {"hours": "0.25", "pressure": "off"}
@@ -59,26 +56,3 @@ def test_what_a_satellite_file_lacks_is_told_in_a_line(text, told, tmp_path):
     file.write_text(text)
     with pytest.raises(InputError, match=told):
         make({"satellite": str(file)})
-
-
-@pytest.mark.slow
-def test_a_case_is_the_motion_of_its_satellite_alone():
-    from jaxsat.dynamics import AttitudeState
-    from jaxsat.simulate import simulate
-    from jaxsat.spacecraft import HysteresisRods, Spacecraft
-
-    program = settle._program(tuple(make.filled(OPTIONS).items()))
-    drawn = program.draw(case_keys(1, np.arange(16)))
-    moved = program.move(drawn)
-    rods = drawn.spacecraft.hysteresis_rods
-    own = HysteresisRods(
-        **{f.name: getattr(rods, f.name)[3] for f in dataclasses.fields(rods)},
-    )
-    craft = Spacecraft(drawn.spacecraft.inertia[3], drawn.spacecraft.magnet[3], hysteresis_rods=own)
-    start = AttitudeState(drawn.motion.quaternion[3], drawn.motion.angular_velocity[3], drawn.lag[3])
-    from jaxsat.sweep.flights.flight import flight_of
-
-    around = flight_of(make.filled(OPTIONS), bundled=PASSIVE).surroundings(1000.0, field_rate=True)
-    alone = simulate(craft, start, dataclasses.replace(around, sun=None), program.times, tolerance=1e-6)
-    apart = 2.0 * np.arccos(np.minimum(np.abs(jnp.sum(alone.quaternion * moved.quaternion[3], axis=1)), 1.0))
-    assert apart.max() < 2e-3
