@@ -10,7 +10,7 @@ from fitting.measurements.problem import Problem
 from fitting.measurements.sky import Around
 from fitting.parameters.free import FreeParameters
 from fitting.starts.carry import carried_back
-from fitting.starts.cloud import FEW, cloud, settled, strange
+from fitting.starts.cloud import FEW, FEWEST, cloud, settled, strange
 from fitting.starts.multi_start import CHUNK, Starts
 from jaxsat.satellites.model import Model
 
@@ -53,11 +53,15 @@ class Before:
             problem, use = self._part(begin)
             around = cloud(problem, self.parameters, self.last - begin, starts, use, rng)
             before = seen[seen < begin]
-            earlier = int(before[-more]) if 1.5 * more < len(before) else 0
-            starts = self._settled(self._carry(around, begin, earlier, max_step), earlier)
-            begin, more = earlier, 2 * more
-            if strange(starts, int((seen >= begin).sum())):
+            taken = more if 1.5 * more < len(before) else len(before)
+            earlier = int(before[-taken]) if taken < len(before) else 0
+            found = self._settled(self._carry(around, begin, earlier, max_step), earlier)
+            if not strange(found, int((seen >= earlier).sum())):
+                starts, begin, more = found, earlier, 2 * more
+            elif taken < 2 * FEWEST:
                 return None
+            else:
+                more = taken // 2
         return starts
 
     def _carry(self, starts: Starts, begin: int, earlier: int, max_step: float) -> Starts:

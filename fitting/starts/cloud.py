@@ -15,8 +15,8 @@ from fitting.starts.multi_start import NONE, Stage, Starts, advance, distinct, s
 
 CLOUD = 64
 """Motions drawn about the best one."""
-FEW = 4
-"""Samples by which an arc grows behind a gap, twice as many each time."""
+FEW, FEWEST = 4, 2
+"""Samples by which an arc grows behind a gap, then twice as many, half as many where that was too far; at least."""
 KEPT, STEPS = 8, 8
 """Motions that are left of a cloud, and the solver's steps for it."""
 ROBUST_SCALE = 5.0
@@ -80,10 +80,13 @@ def grown_slowly(
     more = FEW
     while count < whole:
         around = cloud(problem, parameters, first, starts, use, rng)
-        count = count + more if count + 1.5 * more < whole else whole
-        first = int(seen[count - 1]) if count < whole else last
-        starts = settled(problem, parameters, around, first, use)
-        if strange(starts, count):
+        next_count = count + more if count + 1.5 * more < whole else whole
+        end = int(seen[next_count - 1]) if next_count < whole else last
+        found = settled(problem, parameters, around, end, use)
+        if not strange(found, next_count):
+            starts, first, count, more = found, end, next_count, 2 * more
+        elif next_count - count < 2 * FEWEST:
             return None
-        more *= 2
+        else:
+            more = (next_count - count) // 2
     return starts
