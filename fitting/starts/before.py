@@ -10,7 +10,7 @@ from fitting.measurements.problem import Problem
 from fitting.measurements.sky import Around
 from fitting.parameters.free import FreeParameters
 from fitting.starts.carry import carried_back
-from fitting.starts.cloud import FEW, FEWEST, cloud, settled, strange
+from fitting.starts.cloud import CLOUD, FEW, FEWEST, LARGER, cloud, settled, strange
 from fitting.starts.multi_start import CHUNK, Starts
 from jaxsat.satellites.model import Model
 
@@ -48,20 +48,22 @@ class Before:
     def _grown(self, starts: Starts, begin: int, max_step: float) -> Starts | None:
         """The same on arcs that begin ever earlier; None where no motion explains one of them."""
         rng = np.random.default_rng(begin)
-        more, seen = FEW, self.seen
+        more, drawn, seen = FEW, CLOUD, self.seen
         while begin > 0:
             problem, use = self._part(begin)
-            around = cloud(problem, self.parameters, self.last - begin, starts, use, rng)
+            around = cloud(problem, self.parameters, self.last - begin, starts, use, rng, drawn)
             before = seen[seen < begin]
             taken = more if 1.5 * more < len(before) else len(before)
             earlier = int(before[-taken]) if taken < len(before) else 0
             found = self._settled(self._carry(around, begin, earlier, max_step), earlier)
-            if not strange(found, int((seen >= earlier).sum())):
-                starts, begin, more = found, earlier, 2 * more
-            elif taken < 2 * FEWEST:
-                return None
-            else:
+            if not strange(found, taken, float(starts.cost[0])):
+                starts, begin, more, drawn = found, earlier, 2 * more, CLOUD
+            elif taken >= 2 * FEWEST:
                 more = taken // 2
+            elif drawn == CLOUD:
+                drawn = LARGER * CLOUD
+            else:
+                return None
         return starts
 
     def _carry(self, starts: Starts, begin: int, earlier: int, max_step: float) -> Starts:

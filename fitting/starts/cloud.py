@@ -13,8 +13,8 @@ from fitting.outcome.uncertainty import at_bound, covariance
 from fitting.parameters.free import FreeParameters
 from fitting.starts.multi_start import NONE, Stage, Starts, advance, distinct, solve
 
-CLOUD = 64
-"""Motions drawn about the best one."""
+CLOUD, LARGER = 64, 4
+"""Motions drawn about the best one, and times as many where those were too few for the fewest samples."""
 FEW, FEWEST = 4, 2
 """Samples by which an arc grows behind a gap, then twice as many, half as many where that was too far; at least."""
 KEPT, STEPS = 8, 8
@@ -25,7 +25,13 @@ STRANGE = 15.0
 
 
 def cloud(
-    problem: Problem, parameters: FreeParameters, last: int, starts: Starts, use: np.ndarray, rng: np.random.Generator
+    problem: Problem,
+    parameters: FreeParameters,
+    last: int,
+    starts: Starts,
+    use: np.ndarray,
+    rng: np.random.Generator,
+    count: int = CLOUD,
 ) -> Starts:
     """Motions as good as the best of these on the arc up to sample `last`, by its covariance there, and these.
 
@@ -41,12 +47,12 @@ def cloud(
     # What nothing tells, not even a prior, stays.
     known = np.isfinite(np.diagonal(cov))
     values, vectors = np.linalg.eigh(np.where(np.outer(known, known), cov, 0.0))
-    drawn = x + (rng.normal(size=(CLOUD, len(x))) * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
+    drawn = x + (rng.normal(size=(count, len(x))) * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
     drawn[0] = x
     attitude = Rotation.from_quat(np.asarray(point.reference)[0], scalar_first=True)
     attitude = attitude * Rotation.from_rotvec(drawn[:, :3])
     drawn[:, :3] = 0.0
-    found = Starts(np.clip(drawn, *bounds), attitude.as_quat(scalar_first=True), np.zeros(CLOUD))
+    found = Starts(np.clip(drawn, *bounds), attitude.as_quat(scalar_first=True), np.zeros(count))
     return found.followed_by(starts)
 
 
@@ -57,9 +63,9 @@ def settled(problem: Problem, parameters: FreeParameters, starts: Starts, last: 
     return moved.take(distinct(moved, attitude=2e-3, rate=2e-3)[:KEPT])
 
 
-def strange(starts: Starts, count: int) -> bool:
-    """Whether none of the starts, best first, explains an arc with so many samples that see something."""
-    return len(starts.cost) == 0 or float(starts.cost[0]) > STRANGE * count
+def strange(starts: Starts, count: int, known: float = 0.0) -> bool:
+    """Whether none of the starts, best first, explains so many samples that see something, of a cost beyond `known`."""
+    return len(starts.cost) == 0 or float(starts.cost[0]) - known > STRANGE * count
 
 
 def grown_slowly(
@@ -77,16 +83,18 @@ def grown_slowly(
     first, last = arc
     rng = np.random.default_rng(last)
     count, whole = (int(np.searchsorted(seen, sample, side="right")) for sample in arc)
-    more = FEW
+    more, drawn = FEW, CLOUD
     while count < whole:
-        around = cloud(problem, parameters, first, starts, use, rng)
-        next_count = count + more if count + 1.5 * more < whole else whole
-        end = int(seen[next_count - 1]) if next_count < whole else last
+        around = cloud(problem, parameters, first, starts, use, rng, drawn)
+        further = count + more if count + 1.5 * more < whole else whole
+        end = int(seen[further - 1]) if further < whole else last
         found = settled(problem, parameters, around, end, use)
-        if not strange(found, next_count):
-            starts, first, count, more = found, end, next_count, 2 * more
-        elif next_count - count < 2 * FEWEST:
-            return None
+        if not strange(found, further - count, float(starts.cost[0])):
+            starts, first, count, more, drawn = found, end, further, 2 * more, CLOUD
+        elif further - count >= 2 * FEWEST:
+            more = (further - count) // 2
+        elif drawn == CLOUD:
+            drawn = LARGER * CLOUD
         else:
-            more = (next_count - count) // 2
+            return None
     return starts
