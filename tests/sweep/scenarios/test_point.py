@@ -1,7 +1,5 @@
 """Pointing from a satellite file: cases settle, are alike in every chunk, and say what is wrong with their options."""
 
-import math
-
 import numpy as np
 import pytest
 
@@ -36,17 +34,6 @@ def test_a_case_does_not_depend_on_the_others_of_its_chunk(whole):
     mixed = run_cases(SCENARIO, 2, others)
     for name, values in whole.items():
         assert mixed[name][100].tobytes() == values[100].tobytes()
-
-
-def test_the_history_is_that_of_the_case(whole):
-    assert SCENARIO.history is not None
-    history = SCENARIO.history(2, 5)
-    late = slice(-math.ceil(0.25 * len(history.t_s)), None)
-    # The last digits may differ.
-    assert np.sqrt(np.mean(history.columns["error_deg"][late] ** 2)) == pytest.approx(
-        whole["rms_error_deg"][5], rel=1e-3
-    )
-    assert "wheel_2_rpm" in history.columns
 
 
 def test_options_are_checked(tmp_path):
