@@ -15,6 +15,8 @@ from typing import Any
 from jaxsat.errors import InputError
 from jaxsat.sweep.scenario import Scenario
 
+OURS = ("jaxsat", "fitting")
+"""Packages of this project: their scenarios are known by the version, and errors in them are no user's."""
 FACTORY = "make"
 """Name of the factory in a file of which no other is said."""
 _LONGEST = 400
@@ -31,7 +33,7 @@ def located(address: str) -> str:
     Any other address stays as it is.
     """
     path, name = _split(address)
-    if path is None and ":" in address:
+    if path is None and ":" in address and not _ours(address):
         module, _, name = address.partition(":")
         beside = Path(*module.split(".")).with_suffix(".py") if module.replace(".", "").isidentifier() else None
         path = beside if beside is not None and beside.is_file() else None
@@ -52,7 +54,7 @@ def _split(address: str) -> tuple[Path | None, str]:
 
 
 def code_of(address: str) -> str:
-    """SHA-256 of the file that a scenario is written in; empty for one of jaxsat's own, or without a file."""
+    """SHA-256 of the file that a scenario is written in; empty for one of this project's, or without a file."""
     path = _file_of(address)
     return "" if path is None else hashlib.sha256(_read(path)).hexdigest()
 
@@ -63,7 +65,12 @@ def _file_of(address: str) -> Path | None:
         return path
     module = address.partition(":")[0]
     origin = getattr(sys.modules.get(module), "__file__", None)
-    return Path(origin) if origin and not module.startswith("jaxsat.") else None
+    return Path(origin) if origin and not _ours(address) else None
+
+
+def _ours(address: str) -> bool:
+    """Whether an address is that of a module of this project, wherever one stands."""
+    return address.partition(".")[0] in OURS
 
 
 def _read(path: Path) -> bytes:

@@ -18,6 +18,7 @@ from fitting.sensitivity.information import known, quoted
 from fitting.sensitivity.plan import vantage_of_plan
 from fitting.sensitivity.scenarios.draws import Draws, drawn
 from fitting.sensitivity.scenarios.maps import column_of
+from fitting.sensitivity.scenarios.source import ADDRESS
 from fitting.sensitivity.sums import sigmas_of
 from jaxsat.cli.main import run
 from jaxsat.errors import InputError
@@ -279,6 +280,11 @@ def test_scenarios_resumed_and_grown_are_the_same_to_the_bit(satellite, mapped, 
     assert run([*words, "--scenarios", "600", *quiet_to(stopped)]) == 1
     assert "--resume finishes it" in capsys.readouterr().err
     assert run([*words, "--scenarios", "600", "--resume", *quiet_to(stopped)]) == 0
+    assert all(path.read_bytes() == content for path, content in was.items())
+    # And so does the other command that is named then.
+    for path in was:
+        path.unlink()
+    assert run(["sweep", ADDRESS, "--out", str(stopped / "scenarios"), "--resume", "--no-plots", "-q"]) == 0
     assert all(path.read_bytes() == content for path, content in was.items())
     # More of them: those that were there stay what they were, though the last chunk was cut.
     assert run([*words, "--scenarios", "700", "--resume", *quiet_to(stopped)]) == 0
