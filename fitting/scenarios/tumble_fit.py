@@ -11,15 +11,17 @@ import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from jaxsat.errors import InputError
+from jaxsat.sweep.flights.inputs import start_inputs
 from jaxsat.sweep.flights.options import COMMON
 from jaxsat.sweep.history import History
-from jaxsat.sweep.inputs import Input, upright
-from jaxsat.sweep.scenario import Factory, Metric, Option, Scenario, number_of
+from jaxsat.sweep.inputs import upright
+from jaxsat.sweep.scenario import Factory, Metric, Option, Scenario, choice_of, number_of
 
 NAME = "tumble-fit"
 STATUSES = ("found", "denied", "ambiguous", "wrong", "refused")
@@ -66,6 +68,11 @@ class Drawn:
     numbers: np.ndarray
     """[cases leaves] of the satellite, SI."""
 
+    @property
+    def motion(self) -> SimpleNamespace:
+        """As `start_inputs` looks at it."""
+        return SimpleNamespace(quaternion=self.attitude, angular_velocity=np.radians(self.rate_deg_s))
+
 
 class _Study:
     """The sessions of one set of options."""
@@ -75,7 +82,6 @@ class _Study:
         from jaxsat.satellites import read_satellite
         from jaxsat.sweep.flights.spread import spread_of
         from jaxsat.sweep.pinned import path_of
-        from jaxsat.sweep.scenario import choice_of
 
         number = functools.partial(number_of, options)
         self.plan: dict[str, Any] = {name: number(name, low=0.01) for name in ("duration_s", "every_s")}
@@ -93,17 +99,10 @@ class _Study:
 
     def settings(self, seed: int, attitude: np.ndarray, rate_deg_s: np.ndarray):
         """`TwinSettings` of a case; raises `InputError` for options that are none."""
-        from pydantic import ValidationError
-
-        from jaxsat.synthetic.twins import TwinSettings
+        from jaxsat.synthetic.twins import twin_settings
 
         start = {"quaternion": tuple(attitude.tolist()), "rate_deg_s": tuple(rate_deg_s.tolist())}
-        try:
-            return TwinSettings.model_validate({**self.plan, **start, "seed": seed}, strict=False)
-        except ValidationError as error:
-            first = error.errors(include_url=False)[0]
-            field = str((*first["loc"], "duration_s, every_s")[0])
-            raise InputError(first["msg"].removeprefix("Value error, "), field=field) from None
+        return twin_settings({**self.plan, **start, "seed": seed}, several="duration_s, every_s", strict=False)
 
     def draw(self, seed: int, cases: np.ndarray) -> Drawn:
         """Each case by its own number and the seed alone."""
@@ -222,11 +221,7 @@ def _build(options: Mapping[str, str]) -> Scenario:
         }
         return History(np.asarray(result.t_s), columns, charts, f"{study.satellite.name}; {result.verdict}")
 
-    inputs = (
-        Input("attitude", "1", "quaternion at the start, inertial from body", lambda d: d.attitude, tuple("wxyz")),
-        Input("rate", "deg/s", "at the start, body axes", lambda drawn: drawn.rate_deg_s, tuple("xyz")),
-        *study.spread.inputs(),
-    )
+    inputs = (*start_inputs(study.max_rate), *study.spread.inputs())
     return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history, inputs=inputs, draw=study.draw)
 
 

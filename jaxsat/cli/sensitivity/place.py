@@ -58,10 +58,10 @@ def planned(
 ) -> "Vantage":
     """The motion of a plan; `given` are `TwinSettings`. Raises `InputError`, and CycloptsError as `check_names`."""
     from fitting.sensitivity.plan import vantage_of_plan
-    from jaxsat.cli.simulate.twin import twin_settings
+    from jaxsat.cli.simulate.twin import settings_of_options
     from jaxsat.satellites import read_satellite
 
-    craft, settings = read_satellite(place), twin_settings(given)
+    craft, settings = read_satellite(place), settings_of_options(given)
     check_names(craft, free, consider)
     return vantage_of_plan(craft, settings, orbit=orbit, columns=_commanded(craft, settings, orbit, commands))
 

@@ -4,13 +4,20 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pydantic import ValidationError
-
 from jaxsat.cli.shared.talk import Talk
-from jaxsat.errors import InputError
 
 if TYPE_CHECKING:
     from jaxsat.synthetic.twins import TwinSettings
+
+OPTIONS = {
+    "start_utc": "--start",
+    "duration_s": "--duration",
+    "every_s": "--every",
+    "rate_deg_s": "--rate",
+    "quaternion": "--attitude",
+    "tolerance_rad": "--tolerance",
+}
+"""Of the command line, for settings."""
 
 
 def simulate_twin(
@@ -36,7 +43,7 @@ def simulate_twin(
     from jaxsat.synthetic.twins.files import name_of, owned_files
     from jaxsat.synthetic.twins.source import epoch_of, read_columns, with_orbit
 
-    settings = twin_settings(given)
+    settings = settings_of_options(given)
     columns = None
     if commands is not None:
         flown = craft if orbit is None else with_orbit(craft, orbit)
@@ -53,19 +60,8 @@ def simulate_twin(
     return 0
 
 
-def twin_settings(given: Mapping[str, object]) -> "TwinSettings":
+def settings_of_options(given: Mapping[str, object]) -> "TwinSettings":
     """The settings of options that were given; raises `InputError` naming the option that cannot be."""
-    from jaxsat.synthetic.twins import TwinSettings
+    from jaxsat.synthetic.twins import twin_settings
 
-    try:
-        return TwinSettings.model_validate(dict(given))
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        raise InputError(first["msg"].removeprefix("Value error, "), field=_option(first["loc"])) from None
-
-
-def _option(location: tuple[int | str, ...]) -> str | None:
-    """Name of the option of a setting."""
-    names = {"start_utc": "--start", "duration_s": "--duration", "every_s": "--every", "rate_deg_s": "--rate"}
-    names |= {"quaternion": "--attitude", "tolerance_rad": "--tolerance"}
-    return names.get(str(location[0]), str(location[0])) if location else None
+    return twin_settings(given, names=OPTIONS)

@@ -1,7 +1,10 @@
 """What a simulated session of any satellite needs beside its file."""
 
-from pydantic import Field, model_validator
+from collections.abc import Mapping
 
+from pydantic import Field, ValidationError, model_validator
+
+from jaxsat.errors import InputError
 from jaxsat.satellites.sections.session import Instant
 from jaxsat.setting_types import Positive, Section, Vector
 from jaxsat.synthetic.settings import UnitQuaternion
@@ -34,3 +37,24 @@ class TwinSettings(Section):
         if not 2.0 <= count < MOST_SAMPLES:
             raise ValueError(f"duration over interval gives {count:.6g} readings, expected 2 to {MOST_SAMPLES}")
         return self
+
+
+def twin_settings(
+    given: Mapping[str, object],
+    *,
+    names: Mapping[str, str] | None = None,
+    several: str | None = None,
+    strict: bool | None = None,
+) -> TwinSettings:
+    """The settings of values that were given; where not `strict` as text, too.
+
+    Raises `InputError` with the name of the value that cannot be, by `names` where it has another there, and `several`
+    where it is more than one.
+    """
+    try:
+        return TwinSettings.model_validate(dict(given), strict=strict)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        own = str(first["loc"][0]) if first["loc"] else None
+        field = several if own is None else (names or {}).get(own, own)
+        raise InputError(first["msg"].removeprefix("Value error, "), field=field) from None
