@@ -4,7 +4,7 @@ import threading
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -138,20 +138,23 @@ def identify(
     silent, seen = silent_panels(seeing, model, parameters), directed_samples(sights)
     search = Search(coarse, seeing, silent, seen[seen >= begin] - begin, use, fastest, parameters, settings, progress)
 
+    def weight_of(problem: Problem) -> np.ndarray:
+        weight = usable(problem, samples)
+        weight[fitted:] = 0.0
+        return weight
+
     def before(convention: Convention) -> Before:
+        # Kept: what lies before is looked at from the same sample more than once.
+        @cache
         def problem_from(number: int) -> Problem:
             return with_axes(build(samples.part(slice(number, None)), max_step=step), convention)
 
         whole = problem_from(0)
-        weight = usable(whole, samples)
-        weight[fitted:] = 0.0
-        return Before(samples, whole.model, around, parameters, problem_from, weight, seen, fitted - 1)
+        return Before(samples, whole.model, around, parameters, problem_from, weight_of(whole), seen, fitted - 1)
 
     def minimum(convention: Convention, problem: Problem, starts: Starts, hasty: bool = False) -> Minimum:
-        weight = usable(problem, samples)
-        weight[fitted:] = 0.0
-        how = (around, settings, progress, hasty)
-        return Minimum(convention, problem, _refined(problem, parameters, starts, weight, *how))
+        how = (weight_of(problem), around, settings, progress, hasty)
+        return Minimum(convention, problem, _refined(problem, parameters, starts, *how))
 
     def minima(starts: Sequence[tuple[Convention, Starts]], longest: float, hasty: bool = False) -> list[Minimum]:
         fine = build(samples, max_step=longest, room_for=min(longest, finest))

@@ -9,7 +9,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Key
+from jaxtyping import Array, Bool, Float, Key
 
 from jaxsat.control import closed_loop
 from jaxsat.control.actuators import Magnetorquers, ReactionWheels
@@ -18,6 +18,7 @@ from jaxsat.control.loops import (
     AbstractEstimator,
     AbstractWatch,
     Channel,
+    Instant,
     LoopState,
     Motion,
     Plant,
@@ -34,8 +35,10 @@ from jaxsat.math.one_function import first_that_compiles, in_one_function
 from jaxsat.satellites.model import Model
 from jaxsat.simulate.lane_loop import WIDE
 from jaxsat.sweep.flights.flight import Flight
+from jaxsat.sweep.flights.inputs import start_inputs
 from jaxsat.sweep.flights.spread import Spread, drawn_model
-from jaxsat.sweep.scenario import case_keys
+from jaxsat.sweep.history import History
+from jaxsat.sweep.scenario import Metric, Scenario, case_keys, number_of
 
 Start = Callable[[Key[Array, ""]], tuple[Float[Array, "4"], Float[Array, "3"]]]
 """Attitude and rate of a case at t = 0 by its key."""
@@ -157,6 +160,49 @@ class LoopCases:
             return closed_loop.run_one(made, fixed, start, drawn.key[number], _count(around), number=number)
 
         return alone
+
+
+Chosen = tuple[tuple[str, str], ...]
+"""All options of a scenario and their values."""
+Metrics = Callable[[LoopState, Instant], Mapping[str, Array]]
+"""Status and metrics of states at the end, and what is there then."""
+
+
+def loop_scenario(
+    program: Callable[[Chosen], tuple[LoopCases, Metrics]],
+    options: Mapping[str, str],
+    history: Callable[[Chosen, int, int], History],
+    *,
+    name: str,
+    statuses: tuple[str, ...],
+    metrics: Mapping[str, Metric],
+    chunk: int,
+    max_rate: str,
+) -> Scenario:
+    """The scenario of a closed loop: `program` makes its cases and metrics of the options, and keeps them.
+
+    `max_rate` is the option of the largest rate at the start. Whatever is wrong with options and files is said before
+    anything is compiled.
+    """
+    chosen = tuple(options.items())
+    cases, _ = program(chosen)
+
+    def run(seed: int, numbers: np.ndarray) -> dict[str, np.ndarray]:
+        cases, of_end = program(chosen)
+        return jax.device_get(of_end(cases.run(cases.draw(seed, numbers)), cases.timeline().last))
+
+    def draw(seed: int, numbers: np.ndarray) -> Drawn:
+        return jax.device_get(program(chosen)[0].draw(seed, numbers))
+
+    inputs = (*start_inputs(number_of(options, max_rate)), *cases.spread.inputs())
+    told = functools.partial(history, chosen)
+    return Scenario(name, statuses, metrics, chunk, run, history=told, inputs=inputs, draw=draw)
+
+
+def ended(good: Bool[Array, " cases"], sound: Bool[Array, " cases"], metrics: Mapping[str, Array]) -> dict[str, Array]:
+    """Status and metrics: 0 where a case is good, 1 where not; 2 and nothing else where its numbers are not sound."""
+    found = {name: jnp.where(sound, value, jnp.nan) for name, value in metrics.items()}
+    return {"status": jnp.where(sound, jnp.where(good, 0, 1), 2), **found}
 
 
 def _count(around: Timeline) -> int:

@@ -10,7 +10,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from jaxsat.sweep.flights.inputs import start_inputs
 from jaxsat.sweep.flights.options import COMMON
 from jaxsat.sweep.history import History
 from jaxsat.sweep.inputs import upright
@@ -79,7 +78,7 @@ def _program(options: tuple[tuple[str, str], ...]):
     from jaxsat.math import safe_norm
     from jaxsat.satellites.actuators import torquers_of
     from jaxsat.sweep.flights.flight import flight_of
-    from jaxsat.sweep.flights.loops import LoopCases
+    from jaxsat.sweep.flights.loops import LoopCases, ended
     from jaxsat.sweep.flights.sensors import channels_of
     from jaxsat.sweep.flights.spread import spread_of
     from jaxsat.sweep.flights.starts import attitude_and_rate
@@ -131,7 +130,7 @@ def _program(options: tuple[tuple[str, str], ...]):
     )
 
     @jax.jit
-    def metrics(state):
+    def metrics(state, last):
         rate = safe_norm(state.motion.angular_velocity)
         tally = state.tally
         sound = jnp.isfinite(rate) & jnp.all(jnp.isfinite(state.motion.quaternion), axis=1)
@@ -142,29 +141,16 @@ def _program(options: tuple[tuple[str, str], ...]):
             "magnetic_impulse_A_m2_s": tally.impulse,
             "saturated_share": tally.saturated / schedule.periods(duration),
         }
-        found = {name: jnp.where(sound, value, jnp.nan) for name, value in found.items()}
-        return {"status": jnp.where(sound, jnp.where(rate < limit, 0, 1), 2), **found}
+        return ended(rate < limit, sound, found)
 
     return cases, metrics
 
 
 def _build(options: Mapping[str, str]) -> Scenario:
-    import jax
+    from jaxsat.sweep.flights.loops import loop_scenario
 
-    program = tuple(options.items())
-    # Whatever is wrong with options and files is said before anything is compiled.
-    cases, _ = _program(program)
-
-    def run(seed: int, numbers: np.ndarray) -> dict[str, np.ndarray]:
-        cases, metrics = _program(program)
-        return jax.device_get(metrics(cases.run(cases.draw(seed, numbers))))
-
-    def draw(seed: int, numbers: np.ndarray):
-        return jax.device_get(_program(program)[0].draw(seed, numbers))
-
-    inputs = (*start_inputs(Reader(options).number("tipoff_deg_s")), *cases.spread.inputs())
-    history = functools.partial(_history, program)
-    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history, inputs=inputs, draw=draw)
+    about = {"name": NAME, "statuses": STATUSES, "metrics": METRICS, "chunk": CHUNK}
+    return loop_scenario(_program, options, _history, **about, max_rate="tipoff_deg_s")
 
 
 def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> History:

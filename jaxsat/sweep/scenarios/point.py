@@ -12,7 +12,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from jaxsat.errors import InputError
-from jaxsat.sweep.flights.inputs import start_inputs
 from jaxsat.sweep.flights.options import COMMON
 from jaxsat.sweep.history import History
 from jaxsat.sweep.inputs import upright
@@ -97,7 +96,7 @@ def _program(options: tuple[tuple[str, str], ...]):
     from jaxsat.satellites.actuators import torquers_of, wheels_of
     from jaxsat.sensors import StarTracker
     from jaxsat.sweep.flights.flight import flight_of
-    from jaxsat.sweep.flights.loops import LoopCases
+    from jaxsat.sweep.flights.loops import LoopCases, ended
     from jaxsat.sweep.flights.sensors import channels_of, has_star_tracker
     from jaxsat.sweep.flights.spread import spread_of
     from jaxsat.sweep.flights.starts import attitude_and_rate
@@ -212,8 +211,7 @@ def _program(options: tuple[tuple[str, str], ...]):
             "wheel_share": share,
             "magnetic_impulse_A_m2_s": tally.impulse,
         }
-        found = {name: jnp.where(sound, value, jnp.nan) for name, value in found.items()}
-        return {"status": jnp.where(sound, jnp.where(settled, 0, 1), 2), **found}
+        return ended(settled, sound, found)
 
     return cases, metrics
 
@@ -228,22 +226,10 @@ def _direction(text: str, name: str) -> np.ndarray:
 
 
 def _build(options: Mapping[str, str]) -> Scenario:
-    import jax
+    from jaxsat.sweep.flights.loops import loop_scenario
 
-    program = tuple(options.items())
-    # Whatever is wrong with options and files is said before anything is compiled.
-    cases, _ = _program(program)
-
-    def run(seed: int, numbers: np.ndarray) -> dict[str, np.ndarray]:
-        cases, metrics = _program(program)
-        return jax.device_get(metrics(cases.run(cases.draw(seed, numbers)), cases.timeline().last))
-
-    def draw(seed: int, numbers: np.ndarray):
-        return jax.device_get(_program(program)[0].draw(seed, numbers))
-
-    inputs = (*start_inputs(Reader(options).number("rate_deg_s")), *cases.spread.inputs())
-    history = functools.partial(_history, program)
-    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history, inputs=inputs, draw=draw)
+    about = {"name": NAME, "statuses": STATUSES, "metrics": METRICS, "chunk": CHUNK}
+    return loop_scenario(_program, options, _history, **about, max_rate="rate_deg_s")
 
 
 def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> History:
