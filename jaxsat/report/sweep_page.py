@@ -14,7 +14,7 @@ import numpy as np
 
 from jaxsat.report.html import Facts, Live, Picture, Remarks, Section, Table, page
 from jaxsat.significant import count_text, spans_text, unit_text, value_text
-from jaxsat.sweep.names import title_of_input
+from jaxsat.sweep.names import title_of_input, title_of_scenario
 from jaxsat.sweep.scenario import Scenario
 from jaxsat.sweep.summary import MetricSummary
 
@@ -40,7 +40,7 @@ def sweep_page(
     on the share that succeeded; `png` is the picture of the distributions for whoever has no script.
     """
     cases, failed = summary["cases"], summary["cases"] - summary["succeeded"]
-    title = f"{scenario.name.replace('-', ' ').capitalize()}: {_thousands(cases)} cases"
+    title = f"{title_of_scenario(scenario.name)}: {_thousands(cases)} cases"
     options = ", ".join(f"{name} = {value}" for name, value in summary["options"].items())
     words = shlex.join(command)
     chosen = chosen_cases(status)

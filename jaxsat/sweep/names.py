@@ -3,6 +3,11 @@
 from jaxsat.sweep.inputs import PREFIX, Input, unit_words
 
 
+def title_of_scenario(name: str) -> str:
+    """`Sun pointing` for `sun-pointing`."""
+    return name.replace("-", " ").capitalize()
+
+
 def title_of(name: str, unit: str) -> str:
     """A metric's name without its unit: `Settling time` for `settling_time_s`."""
     words = name.removesuffix(f"_{unit_words(unit)}").replace("_", " ").strip() or name

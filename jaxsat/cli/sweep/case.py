@@ -14,6 +14,7 @@ from jaxsat.errors import InputError
 from jaxsat.files.json_files import plain, write_json
 from jaxsat.files.staging import staged_directory
 from jaxsat.sweep import History, Page, Scenario, SweepPlan, chunk_of, drawn_inputs, read_plan, run_cases
+from jaxsat.sweep.names import title_of_scenario
 from jaxsat.sweep.scenario import as_numbers
 
 SCHEMA = "jaxsat.sweep-case/1"
@@ -31,7 +32,7 @@ def write_history(directory: Path, history: History, scenario: Scenario, *, seed
         writer.writerow(["t_s", *history.columns])
         rows = np.column_stack([history.t_s, *history.columns.values()]).tolist()
         writer.writerows([f"{x:.10g}" if math.isfinite(x) else "" for x in row] for row in rows)
-    title = f"{scenario.name.replace('-', ' ').capitalize()}, case {case}"
+    title = f"{title_of_scenario(scenario.name)}, case {case}"
     subtitle = ", ".join(filter(None, [f"seed {seed}", history.remark]))
     png = png_bytes(draw_history(history.t_s, history.charts, title=title, subtitle=subtitle))
     (directory / "history.png").write_bytes(png)

@@ -19,6 +19,7 @@ from jaxsat.files.whole_file import write_whole
 from jaxsat.significant import count_text, spans_text, unit_text, value_text
 from jaxsat.sweep import MetricSummary, Scenario, SweepPlan, merge_cases, summarise
 from jaxsat.sweep.merge import read_metric
+from jaxsat.sweep.names import title_of_scenario
 from jaxsat.sweep.summary import document
 
 SPANS = 8
@@ -60,7 +61,7 @@ def finish(
     content, _ = plain(document(scenario, plan, status, metrics, **(earlier or own)))
     shown = sweep_page(
         scenario,
-        document(scenario, plan, status, metrics),
+        content,
         status,
         metrics,
         functools.partial(read_metric, directory),
@@ -89,7 +90,7 @@ def draw(metrics: list[MetricSummary], plan: SweepPlan, status: np.ndarray) -> b
 
     failed = int(np.count_nonzero(status))
     subtitle = f"{count_text(plan.cases, 'case')}, seed {plan.seed}, {failed} failed"
-    return png_bytes(draw_distributions(metrics, title=plan.scenario.replace("-", " ").capitalize(), subtitle=subtitle))
+    return png_bytes(draw_distributions(metrics, title=title_of_scenario(plan.scenario), subtitle=subtitle))
 
 
 def sweep_summary(content: dict[str, Any], status: np.ndarray, *, whole: bool = False) -> RenderableType:

@@ -28,16 +28,20 @@ class Magnetorquers(eqx.Module):
     @staticmethod
     def along(axes: Numbers, max_dipole: Numbers, residual: Numbers = 0.0) -> "Magnetorquers":
         """Those along these axes [torquers 3], which are made unit vectors."""
-        given = np.asarray(axes, float)
-        units = given / np.linalg.norm(given, axis=1, keepdims=True)
+        units, shares = along_axes(axes)
         count = (len(units),)
-        return Magnetorquers(
-            units, np.broadcast_to(max_dipole, count), np.broadcast_to(residual, count), np.linalg.pinv(units).T
-        )
+        return Magnetorquers(units, np.broadcast_to(max_dipole, count), np.broadcast_to(residual, count), shares)
 
     def dipole(self, dipoles: Float[Array, " torquers"]) -> Float[Array, "3"]:
         """Sum of their dipoles, body axes [A m^2]."""
         return dipoles @ self.axes
+
+
+def along_axes(axes: Numbers) -> tuple[np.ndarray, np.ndarray]:
+    """Unit vectors [actuators 3] of axes, and what each takes of a vector in body axes, the least squares of all."""
+    given = np.asarray(axes, float)
+    units = given / np.linalg.norm(given, axis=1, keepdims=True)
+    return units, np.linalg.pinv(units).T
 
 
 def torquer_dipoles(torquers: Magnetorquers, dipole_body: Float[Array, "3"]) -> Float[Array, " torquers"]:

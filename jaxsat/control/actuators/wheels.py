@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxsat.control.actuators.torquers import Numbers
+from jaxsat.control.actuators.torquers import Numbers, along_axes
 from jaxsat.math import float_array
 
 CREEP = 1.0
@@ -46,8 +46,7 @@ class ReactionWheels(eqx.Module):
         viscous: Numbers = 0.0,
     ) -> "ReactionWheels":
         """Those about these axes [wheels 3], which are made unit vectors."""
-        given = np.asarray(axes, float)
-        units = given / np.linalg.norm(given, axis=1, keepdims=True)
+        units, shares = along_axes(axes)
         numbers = {
             "inertia": inertia,
             "max_torque": max_torque,
@@ -56,7 +55,7 @@ class ReactionWheels(eqx.Module):
             "viscous": viscous,
         }
         each = {name: np.broadcast_to(x, (len(units),)) for name, x in numbers.items()}
-        return ReactionWheels(axes=units, shares=np.linalg.pinv(units).T, **each)
+        return ReactionWheels(axes=units, shares=shares, **each)
 
 
 def friction(wheels: ReactionWheels, speed: Float[Array, " wheels"]) -> Float[Array, " wheels"]:

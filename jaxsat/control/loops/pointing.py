@@ -118,12 +118,11 @@ class PointingWatch(AbstractWatch):
         fastest = tally.fastest
         if self.wheels is not None and sample.motion.wheel_speed is not None:
             fastest = jnp.maximum(fastest, jnp.max(jnp.abs(sample.motion.wheel_speed) / self.wheels.max_speed))
-        dipoles = jnp.zeros(1) if sample.dipoles is None else jnp.abs(sample.dipoles)
         beyond = square >= (2.0 * jnp.sin(0.5 * self.limit)) ** 2
         return PointingTally(
             above_until=jnp.where(beyond, here.time + self.period, tally.above_until),
             worst=jnp.where(late, jnp.maximum(tally.worst, square), tally.worst),
             total=tally.total + jnp.where(late, square, 0.0),
             fastest=fastest,
-            impulse=tally.impulse + self.duty * self.period * jnp.sum(dipoles),
+            impulse=tally.impulse + self.duty * self.period * jnp.sum(sample.dipole_sizes),
         )

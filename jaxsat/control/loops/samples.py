@@ -1,6 +1,7 @@
 """A control period of a loop as a person would plot it."""
 
 import equinox as eqx
+import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxsat.control.loops.estimators import Estimate
@@ -18,3 +19,8 @@ class Sample(eqx.Module):
     """[A m^2]"""
     motors: Float[Array, " wheels"] | None
     """[N m]"""
+
+    @property
+    def dipole_sizes(self) -> Float[Array, " torquers"]:
+        """[A m^2]; a single zero without torquers."""
+        return jnp.zeros(1) if self.dipoles is None else jnp.abs(self.dipoles)

@@ -54,7 +54,7 @@ class RateWatch(AbstractWatch):
 
     def update(self, tally: RateTally, sample: Sample, here: Instant) -> RateTally:
         square = jnp.sum(sample.motion.angular_velocity**2)
-        size = jnp.zeros(1) if sample.dipoles is None else jnp.abs(sample.dipoles)
+        size = sample.dipole_sizes
         return RateTally(
             above_until=jnp.where(square >= self.limit**2, here.time + self.period, tally.above_until),
             largest=jnp.maximum(tally.largest, square),

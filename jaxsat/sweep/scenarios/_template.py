@@ -16,6 +16,7 @@ import numpy as np
 from jaxsat.dynamics import rigid_body_rates
 from jaxsat.environment import Surroundings, igrf_field, orbit_from_elements_km_deg
 from jaxsat.math import cross, quaternion, safe_norm
+from jaxsat.math.runge_kutta import RK4, runge_kutta_step
 from jaxsat.sweep import Factory, History, Input, Metric, Option, Scenario, case_keys, number_of
 
 NAME = "my-scenario"
@@ -84,20 +85,16 @@ def build(options: Mapping[str, str]) -> Scenario:
             dipole = jnp.where(known & (number > 0), wanted, dipole)
             seen = jnp.where(known, reading, seen)
 
-            def rates(q, w):
-                torque = cross(dipole, quaternion.rotate_inverse(q, b_eci))
+            def rates(motion, field_eci):
+                q, w = motion
+                torque = cross(dipole, quaternion.rotate_inverse(q, field_eci))
                 return rigid_body_rates(q, w, torque, inertia, inverse)
 
-            # One step of Runge and Kutta.
-            h = PERIOD_S
-            q1, w1 = rates(q, w)
-            q2, w2 = rates(q + 0.5 * h * q1, w + 0.5 * h * w1)
-            q3, w3 = rates(q + 0.5 * h * q2, w + 0.5 * h * w2)
-            q4, w4 = rates(q + h * q3, w + h * w3)
-            q = quaternion.normalize(q + h / 6.0 * (q1 + 2.0 * q2 + 2.0 * q3 + q4))
-            w = w + h / 6.0 * (w1 + 2.0 * w2 + 2.0 * w3 + w4)
+            # The field is taken for constant over a step.
+            q, w = runge_kutta_step(RK4, rates, (q, w), PERIOD_S, (b_eci,) * 4)
+            q = quaternion.normalize(q)
             stopped_s = jnp.where(safe_norm(w) > limit, end_s, stopped_s)
-            state = (q, w, seen, dipole, stopped_s, spent + h * jnp.sum(jnp.abs(dipole)))
+            state = (q, w, seen, dipole, stopped_s, spent + PERIOD_S * jnp.sum(jnp.abs(dipole)))
             return state, (w, dipole, b_body) if record else None
 
         begin = (case["q"], case["rate"], jnp.zeros(3), jnp.zeros(3), jnp.zeros(()), jnp.zeros(()))
