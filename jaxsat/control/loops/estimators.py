@@ -6,7 +6,7 @@ An estimator is an object with `start()`, what it remembers before the first per
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -46,6 +46,9 @@ class Estimate(eqx.Module):
 
 class AbstractEstimator(eqx.Module):
     """From readings to an estimate."""
+
+    calls_libraries: ClassVar[bool] = False
+    """Whether it takes eigenvalues or the like from a library: a loop of it is no single function of machine code."""
 
     @abstractmethod
     def start(self) -> Any:

@@ -1,5 +1,7 @@
 """The attitude filter as an estimator of a loop: gyro, Sun and field to attitude, rate and bias."""
 
+from typing import ClassVar
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -24,6 +26,9 @@ class FilterMemory(eqx.Module):
 
 class Filtered(AbstractEstimator):
     """`AttitudeFilter` on the last readings; it begins when Sun and field are first seen at once."""
+
+    # The first attitude is an eigenvector.
+    calls_libraries: ClassVar[bool] = True
 
     filter: AttitudeFilter
     field_sigma: Float[Array, ""] = eqx.field(converter=float_array)

@@ -147,7 +147,10 @@ class LoopCases:
             fixed = (drawn.vehicle, drawn.channels, self.estimator, self.controller)
             return closed_loop.run_cases(self._loop(around), fixed, start, drawn.key, _count(around))
 
-        return first_that_compiles(jax.jit(in_one_function(run), **WIDE), jax.jit(run, **WIDE))
+        plain = jax.jit(run, **WIDE)
+        if self.estimator.calls_libraries:
+            return plain
+        return first_that_compiles(jax.jit(in_one_function(run), **WIDE), plain)
 
     @functools.cached_property
     def _history(self):
