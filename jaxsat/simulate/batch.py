@@ -19,6 +19,7 @@ from jaxsat.integrators import DORMAND_PRINCE_8, AdamsGrid
 from jaxsat.integrators.adams import ORDER, STABLE
 from jaxsat.integrators.adams import REACH as ADAMS_REACH
 from jaxsat.math import inverse_3x3
+from jaxsat.math.one_function import whole_or_usual
 from jaxsat.simulate.by_turns import move_lanes
 from jaxsat.simulate.checks import check_table
 from jaxsat.simulate.course import Layout, lay_course
@@ -32,7 +33,9 @@ from jaxsat.spacecraft import Spacecraft
 from jaxsat.torques import AbstractTorque
 
 CHUNK = 1024
-"""Cases of one chunk on a CPU: their state and slopes fill a core's cache."""
+"""Cases of one call on a CPU."""
+GROUP = 64
+"""Of them are moved side by side: the slopes of twelve steps of so many fill a core's first cache."""
 LANES = 16
 """The same of satellites with hysteresis rods, which wait for the slowest of their chunk."""
 LEAST_REACH = 0.09
@@ -183,7 +186,7 @@ class Batch:
                 varies=varies,
             ).states
 
-        found = np.concatenate(self._in_chunks(one, order))[: len(chosen)]
+        found = np.concatenate(_in_chunks(one, order, self.chunk))[: len(chosen)]
         return found[np.argsort(order, kind="stable")]
 
     def _table(self, times: Float[Array | np.ndarray, " n"]) -> OrbitTable:
@@ -191,16 +194,6 @@ class Batch:
         table = tabulated(self.surroundings, times)
         check_table(table, "simulate_many")
         return jax.tree.map(lambda x: x.astype(self.initial.quaternion.dtype), table)
-
-    def _in_chunks(self, one: Callable[[np.ndarray], np.ndarray], chosen: np.ndarray) -> list[np.ndarray]:
-        """`one` of the numbers of each chunk, the last one filled up with repeats."""
-        chunks = [
-            np.resize(chosen[begin : begin + self.chunk], self.chunk) for begin in range(0, len(chosen), self.chunk)
-        ]
-        # Two programs at once use two cores better than one program that shares its small loops out.
-        workers = (os.cpu_count() or 1) if jax.default_backend() == "cpu" else 1
-        with ThreadPoolExecutor(workers) as pool:
-            return list(pool.map(one, chunks))
 
     def _by_adams(self, chosen: np.ndarray, max_step: float) -> Float[np.ndarray, "cases samples parts"]:
         grid = AdamsGrid.through(self.times, start=self.start, max_step=max_step)
@@ -224,7 +217,13 @@ class Batch:
             )
             return np.asarray(states)
 
-        found = np.concatenate(self._in_chunks(one, chosen), axis=-1)
+        width = self.chunk
+        if self.asked_chunk is None and jax.default_backend() == "cpu":
+            # Few shapes, few compilations; and something to do for each core.
+            share = -(-len(chosen) // (os.cpu_count() or 1))
+            few = 1 << (share - 1).bit_length()
+            width = few if few <= GROUP else min(CHUNK, -(-share // GROUP) * GROUP)
+        found = np.concatenate(_in_chunks(one, chosen, width), axis=-1)
         return np.moveaxis(found[..., : len(chosen)], -1, 0)
 
     def _body(self, spacecraft: Spacecraft) -> RigidBody:
@@ -239,6 +238,15 @@ class Batch:
         return tuple(tuple(x.reshape(-1).tolist()) for x in jax.tree.leaves(zero))
 
 
+def _in_chunks(one: Callable[[np.ndarray], np.ndarray], chosen: np.ndarray, width: int) -> list[np.ndarray]:
+    """`one` of the numbers of each chunk, the last one filled up with repeats, on all cores."""
+    chunks = [np.resize(chosen[begin : begin + width], width) for begin in range(0, len(chosen), width)]
+    # Two programs at once use two cores better than one program that shares its small loops out.
+    workers = (os.cpu_count() or 1) if jax.default_backend() == "cpu" else 1
+    with ThreadPoolExecutor(workers) as pool:
+        return list(pool.map(one, chunks))
+
+
 @eqx.filter_jit
 def _rates(spacecraft, initial, table, *, body_varies):
     return eqx.filter_vmap(fastest_rate, in_axes=(eqx.if_array(0) if body_varies else None, 0, None))(
@@ -246,11 +254,29 @@ def _rates(spacecraft, initial, table, *, body_varies):
     )
 
 
-def _advance_chunk(parts, like, body, table, grid, count, body_varies, absent, last_only):
-    grid = jax.tree.map(jnp.asarray, grid)
-    return advance_parts(
-        parts, like, body, table, grid, body_varies=body_varies, absent=absent, count=count, last_only=last_only
-    )
+def _advance_chunk(within, parts, like, body, table, grid, count, body_varies, absent, last_only):
+    """A chunk in groups that stay in the first cache, one after the other."""
+    grid, (cases,) = jax.tree.map(jnp.asarray, grid), parts[0].shape
+    # Other devices want all of it at once.
+    groups = -(-cases // GROUP) if jax.default_backend() == "cpu" else 1
+
+    def together(leaf):
+        filled = jnp.take(leaf, np.arange(-(-cases // groups) * groups) % cases, axis=-1)
+        return jnp.moveaxis(filled.reshape(*leaf.shape[:-1], groups, -1), -2, 0)
+
+    own = jax.tree.map(together, (parts, varying(body) if body_varies else None))
+
+    def motions(own, body, table, grid, count):
+        def of_group(own):
+            parts, varied = own
+            its = eqx.tree_at(varying, body, varied) if body_varies else body
+            options = {"body_varies": body_varies, "absent": absent, "count": count, "last_only": last_only}
+            return advance_parts(parts, like, its, table, grid, **options)
+
+        return jax.lax.map(of_group, own)
+
+    found = within(motions)(own, body, table, grid, count)
+    return jnp.moveaxis(found, 0, -2).reshape(*found.shape[1:-1], -1)[..., :cases]
 
 
-_advance = eqx.filter_jit(_advance_chunk, **WIDE)
+_advance = whole_or_usual(_advance_chunk, WIDE)

@@ -14,14 +14,14 @@ from jaxsat.dynamics import AttitudeState, RigidBody
 from jaxsat.environment import OrbitTable
 from jaxsat.environment.cells import Cells
 from jaxsat.math.case_scan import stored
-from jaxsat.math.one_function import first_that_compiles, in_one_function
+from jaxsat.math.one_function import whole_or_usual
 from jaxsat.math.runge_kutta import Tableau
 from jaxsat.math.scalars import elements, over_cases
 from jaxsat.math.weighted_sum import weighted_sum
 from jaxsat.simulate.lanes import Lane, Mark, Own, Taken, planned, settled, slope, started
 from jaxsat.torques.branches import lag_from_nearness
 
-WIDE: dict = {"compiler_options": {"xla_cpu_prefer_vector_width": 512}}
+WIDE = {"xla_cpu_prefer_vector_width": 512}
 """The compiler prefers half of a 512-bit register, a third slower; narrower processors do not mind."""
 STRETCH = 8192
 """Passes between two looks of the host."""
@@ -83,7 +83,7 @@ def onward(run: Run, own: Own, course: Course, tableau: Tableau, *, varies: bool
     return _onward(run, own, course, tableau, varies)
 
 
-def _stretch(run: Run, own: Own, course: Course, tableau: Tableau, varies: bool, within: Callable) -> Run:
+def _stretch(within: Callable, run: Run, own: Own, course: Course, tableau: Tableau, varies: bool) -> Run:
     packed, unpacked = _packed(course.powers)
     given, rest = eqx.partition((own, course.cells, course.marks), eqx.is_inexact_array)
     # As one array: over some that nobody reads XLA ends the process where all is one function.
@@ -119,10 +119,7 @@ def _stretch(run: Run, own: Own, course: Course, tableau: Tableau, varies: bool,
     return within(loop)(run)
 
 
-_onward = first_that_compiles(
-    eqx.filter_jit(functools.partial(_stretch, within=in_one_function), **WIDE),
-    eqx.filter_jit(functools.partial(_stretch, within=lambda loop: loop), **WIDE),
-)
+_onward = whole_or_usual(_stretch, WIDE)
 
 
 def _put(kept, place, found):

@@ -12,6 +12,7 @@ from jaxsat.dynamics import AttitudeState, RigidBody, derivative, rigid_body
 from jaxsat.environment import OrbitTable
 from jaxsat.integrators import RK4, AdamsGrid, StepGrid, Tableau, integrate, integrate_blocks, tableau_step
 from jaxsat.math import quaternion
+from jaxsat.math.sample_read import read_samples
 from jaxsat.simulate.parts import advance_parts, parts_of
 from jaxsat.simulate.turns import past_turns, rod_fields
 from jaxsat.spacecraft import Spacecraft
@@ -76,7 +77,8 @@ def simulate_on_grid(
     lengths = jnp.asarray(grid.step)
     if blocks is None:
         states = integrate(step, initial, table, lengths, checkpoint_every=checkpoint_every)
-        at_samples = jax.tree.map(lambda a: a[grid.sample_index], states)
+        itself = np.ones((len(grid.sample_index), 1))
+        at_samples = jax.tree.map(lambda a: read_samples(a, grid.sample_index, itself), states)
     else:
         at_samples = integrate_blocks(step, initial, table, lengths, blocks, grid.sample_index)
     return Trajectory(at_samples.quaternion, at_samples.angular_velocity, at_samples.rod_lag, grid=grid)

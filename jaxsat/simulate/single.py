@@ -15,6 +15,7 @@ from jaxsat.integrators import DORMAND_PRINCE_8, AdamsGrid, StepGrid, Tableau
 from jaxsat.integrators.adams import ORDER, REACH, STABLE
 from jaxsat.integrators.grid import BLOCK
 from jaxsat.math import quaternion
+from jaxsat.math.one_function import whole_or_usual
 from jaxsat.simulate.by_turns import grid_of, move_lanes
 from jaxsat.simulate.checks import (
     check_numbers,
@@ -213,11 +214,17 @@ def _at_step(spacecraft, initial, surroundings, times, start, torques, tableau, 
     return _run(spacecraft, initial, surroundings, grid, torques, tableau, np.asarray(used // BLOCK))
 
 
-@eqx.filter_jit
-def _run(spacecraft, initial, surroundings, grid, torques, tableau, blocks):
+def _over_grid(within, spacecraft, initial, surroundings, grid, torques, tableau, blocks):
     grid = jax.tree.map(jnp.asarray, grid)
-    table = surroundings(grid.node_times)
-    return simulate_on_grid(spacecraft, initial, table, grid, torques=torques, tableau=tableau, blocks=blocks)
+
+    def motion(spacecraft, initial, table, grid, blocks):
+        return simulate_on_grid(spacecraft, initial, table, grid, torques=torques, tableau=tableau, blocks=blocks)
+
+    # The table is work for vector units and threads.
+    return within(motion)(spacecraft, initial, surroundings(grid.node_times), grid, blocks)
+
+
+_run = whole_or_usual(_over_grid)
 
 
 def _adams_at_step(spacecraft, initial, surroundings, times, start, torques, step) -> Trajectory:
@@ -227,7 +234,13 @@ def _adams_at_step(spacecraft, initial, surroundings, times, start, torques, ste
     return dataclasses.replace(motion, grid=grid)
 
 
-@eqx.filter_jit
-def _run_adams(spacecraft, initial, surroundings, grid, torques, count):
+def _over_adams_grid(within, spacecraft, initial, surroundings, grid, torques, count):
     grid = jax.tree.map(jnp.asarray, grid)
-    return by_adams(initial, rigid_body(spacecraft, torques), surroundings(grid.node_times), grid, count=count)
+
+    def motion(spacecraft, initial, table, grid, count):
+        return by_adams(initial, rigid_body(spacecraft, torques), table, grid, count=count)
+
+    return within(motion)(spacecraft, initial, surroundings(grid.node_times), grid, count)
+
+
+_run_adams = whole_or_usual(_over_adams_grid)

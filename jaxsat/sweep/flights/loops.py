@@ -147,10 +147,10 @@ class LoopCases:
             fixed = (drawn.vehicle, drawn.channels, self.estimator, self.controller)
             return closed_loop.run_cases(self._loop(around), fixed, start, drawn.key, _count(around))
 
-        plain = jax.jit(run, **WIDE)
+        plain = jax.jit(run, compiler_options=WIDE)
         if self.estimator.calls_libraries:
             return plain
-        return first_that_compiles(jax.jit(in_one_function(run), **WIDE), plain)
+        return first_that_compiles(jax.jit(in_one_function(run), compiler_options=WIDE), plain)
 
     @functools.cached_property
     def _history(self):
