@@ -13,6 +13,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jax.core import eval_jaxpr
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -33,43 +34,71 @@ def in_one_function(function: Callable[P, R]) -> Callable[P, R]:
     By default XLA hands each of the hundreds of small loops of a step to its threads, at every step. Where it cannot be
     told otherwise it is `function` itself. A derivative within must be taken within: what is marked is the whole.
     """
-    if not _can_be_told():
+    marked_with = _metadata()
+    if marked_with is None:
         return function
-    from jax.experimental.xla_metadata import set_xla_metadata
-
     marks = {"xla_cpu_small_call": "true", "inlineable": "false"}
 
     def marked(*args, **kwargs):
-        # XLA ends the process over arrays without elements that go in or come out, so they stay outside.
-        given, around = eqx.partition((args, kwargs), _has_elements)
-        left_out: Any = None
+        leaves, structure = jax.tree.flatten((args, kwargs))
+        arrays = [leaf for leaf in leaves if eqx.is_array(leaf)]
+        result: Any = None
 
-        def inner(given):
-            nonlocal left_out
-            args, kwargs = eqx.combine(given, around)
-            found = jax.tree.map(jnp.asarray, function(*args, **kwargs))
-            found, left_out = eqx.partition(found, _has_elements)
-            left_out = jax.tree.map(lambda leaf: jax.ShapeDtypeStruct(leaf.shape, leaf.dtype), left_out)
+        def of_arrays(*arrays):
+            nonlocal result
+            given = iter(arrays)
+            args, kwargs = jax.tree.unflatten(structure, [next(given) if eqx.is_array(x) else x for x in leaves])
+            found, result = jax.tree.flatten(function(*args, **kwargs))
             return found
 
-        found = set_xla_metadata(jax.jit(inner)(given), **marks)
-        return eqx.combine(found, jax.tree.map(lambda like: jnp.zeros(like.shape, like.dtype), left_out))
+        # With what it closes over, which goes in too.
+        program = jax.make_jaxpr(of_arrays)(*arrays)
+        packed, unpacked = _packed([*program.consts, *arrays])
+
+        def inner(packed):
+            every = unpacked(packed)
+            constants, own = every[: len(program.consts)], every[len(program.consts) :]
+            found = eval_jaxpr(program.jaxpr, constants, *own)
+            return [x for x in found if jnp.size(x)], [vector[-1] for vector in packed.values()]
+
+        rest = iter(marked_with(jax.jit(inner)(packed), **marks)[0])
+        like = [x.aval for x in program.jaxpr.outvars]
+        found = [next(rest) if x.size else jnp.zeros(x.shape, x.dtype) for x in like]
+        return jax.tree.unflatten(result, found)
 
     return cast(Callable[P, R], marked)
 
 
-def _can_be_told() -> bool:
+def _packed(arrays: list) -> tuple[dict[Any, Any], Callable[[dict[Any, Any]], list]]:
+    """One vector of all elements for each type of numbers, and the function that takes them apart.
+
+    XLA ends the process over an array that comes in and is carried through a loop in which nobody reads it, and over
+    one without elements, in or out. Of a longer vector, whose last element is read, each is a part.
+    """
+    arrays = [jnp.asarray(x) for x in arrays]
+    types = dict.fromkeys(x.dtype for x in arrays)
+    vectors = {t: jnp.concatenate([x.reshape(-1) for x in arrays if x.dtype == t] + [jnp.zeros(1, t)]) for t in types}
+
+    def unpacked(vectors):
+        begin, found = dict.fromkeys(types, 0), []
+        for x in arrays:
+            part = vectors[x.dtype][begin[x.dtype] : begin[x.dtype] + x.size]
+            found.append(part.reshape(x.shape))
+            begin[x.dtype] += x.size
+        return found
+
+    return vectors, unpacked
+
+
+def _metadata() -> Callable | None:
+    """What marks a program; None where XLA cannot be told, or nobody has tried."""
     if jax.default_backend() != "cpu" or jax.__version_info__[:2] != TRIED:
-        return False
+        return None
     try:
-        from jax.experimental import xla_metadata  # noqa: F401
+        from jax.experimental.xla_metadata import set_xla_metadata
     except ImportError:
-        return False
-    return True
-
-
-def _has_elements(leaf: Any) -> bool:
-    return eqx.is_array(leaf) and leaf.size > 0
+        return None
+    return set_xla_metadata
 
 
 def whole_or_usual(program: Callable[..., R], options: Mapping[str, Any] | None = None) -> Callable[..., R]:
@@ -80,7 +109,7 @@ def whole_or_usual(program: Callable[..., R], options: Mapping[str, Any] | None 
     """
     options = dict(options or {})
     usual = eqx.filter_jit(functools.partial(program, lambda part: part), compiler_options=options)
-    if not _can_be_told():
+    if _metadata() is None:
         return usual
     whole = eqx.filter_jit(functools.partial(program, in_one_function), compiler_options=options | NO_LIBRARIES)
     return first_that_compiles(whole, usual)

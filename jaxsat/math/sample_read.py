@@ -28,7 +28,7 @@ _read = Primitive("read_samples")
 @_read.def_impl
 @jax.jit
 def _gathered(states, first, weights):
-    picked = states[first[:, None] + np.arange(weights.shape[1])]
+    picked = states[first[:, None] + np.arange(weights.shape[1])[None, :]]
     return jnp.einsum("sk,sk...->s...", weights, picked, precision="highest")
 
 
