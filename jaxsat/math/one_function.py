@@ -59,7 +59,7 @@ def in_one_function(function: Callable[P, R]) -> Callable[P, R]:
             every = unpacked(packed)
             constants, own = every[: len(program.consts)], every[len(program.consts) :]
             found = eval_jaxpr(program.jaxpr, constants, *own)
-            return [x for x in found if jnp.size(x)], [vector[-1] for vector in packed.values()]
+            return [x for x in found if jnp.size(x)], [vector[-1] for vector in packed]
 
         rest = iter(marked_with(jax.jit(inner)(packed), **marks)[0])
         like = [x.aval for x in program.jaxpr.outvars]
@@ -69,22 +69,22 @@ def in_one_function(function: Callable[P, R]) -> Callable[P, R]:
     return cast(Callable[P, R], marked)
 
 
-def _packed(arrays: list) -> tuple[dict[Any, Any], Callable[[dict[Any, Any]], list]]:
+def _packed(arrays: list) -> tuple[list, Callable[[list], list]]:
     """One vector of all elements for each type of numbers, and the function that takes them apart.
 
     XLA ends the process over an array that comes in and is carried through a loop in which nobody reads it, and over
     one without elements, in or out. Of a longer vector, whose last element is read, each is a part.
     """
     arrays = [jnp.asarray(x) for x in arrays]
-    types = dict.fromkeys(x.dtype for x in arrays)
-    vectors = {t: jnp.concatenate([x.reshape(-1) for x in arrays if x.dtype == t] + [jnp.zeros(1, t)]) for t in types}
+    types = list(dict.fromkeys(x.dtype for x in arrays))
+    vectors = [jnp.concatenate([x.reshape(-1) for x in arrays if x.dtype == t] + [jnp.zeros(1, t)]) for t in types]
 
     def unpacked(vectors):
-        begin, found = dict.fromkeys(types, 0), []
+        begin, found = [0] * len(types), []
         for x in arrays:
-            part = vectors[x.dtype][begin[x.dtype] : begin[x.dtype] + x.size]
-            found.append(part.reshape(x.shape))
-            begin[x.dtype] += x.size
+            of = types.index(x.dtype)
+            found.append(vectors[of][begin[of] : begin[of] + x.size].reshape(x.shape))
+            begin[of] += x.size
         return found
 
     return vectors, unpacked
