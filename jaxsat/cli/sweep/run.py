@@ -1,8 +1,9 @@
 """Runs what is missing of a sweep, or of a shard of it, and writes the results when nothing is."""
 
+import functools
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 from jaxsat.cli.shared.talk import Talk
 from jaxsat.cli.sweep.files import finish, sweep_summary
 from jaxsat.cli.sweep.progress import SweepProgress
+from jaxsat.significant import count_text
 from jaxsat.sweep import (
     ChunkDone,
     Scenario,
@@ -24,6 +26,8 @@ from jaxsat.sweep import (
     run_local,
 )
 from jaxsat.sweep.chunks import count_absent
+from jaxsat.sweep.merge import read_metric
+from jaxsat.sweep.precision.agreement import agreement, in_double
 
 
 @dataclass(frozen=True)
@@ -78,8 +82,28 @@ class SweepRun:
             talk.note(f"{missing_still}: other shards have to run, or one run of all: {self.resuming}")
             return None
         return finish(
-            self.scenario, self.plan, self.out, ran=ran, timing=timing, began=began, plots=plots, replay=self.replaying
+            self.scenario,
+            self.plan,
+            self.out,
+            ran=ran,
+            timing=timing,
+            began=began,
+            plots=plots,
+            replay=self.replaying,
+            compare=None if self.plan.precision == "float64" else functools.partial(self._compare, talk),
         )
+
+    def _compare(self, talk: Talk, status: np.ndarray) -> dict[str, Any]:
+        """What single precision does to the sweep's first cases; `status` is that of all."""
+        # The scenario's own chunk: the very numbers of a sweep in double precision.
+        own = replace(self.source, chunk=0).scenario().chunk
+        first = min(own, self.plan.cases)
+        with talk.stages(f"{self.plan.scenario}, {count_text(first, 'case')}") as progress:
+            progress("in double precision too")
+            double = in_double(self.source, self.plan.seed, np.arange(own))
+        single = {name: read_metric(self.out, name)[:first] for name in self.scenario.metrics}
+        double = {name: values[:first] for name, values in double.items()}
+        return agreement(self.scenario, double, {"status": status[:first], **single})
 
     def _run(self, missing: list[int], talk: Talk) -> tuple[int, dict[str, float]]:
         """Runs chunks; returns the number of their cases and how long the first one and all of them took [s]."""
