@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 from scipy.stats import norm
 
-from jaxsat.sweep import Metric, Scenario, case_keys
+from jaxsat.sweep import Metric, case_keys
 from jaxsat.sweep.precision.agreement import agreement
 
 CASES, EPS = np.arange(2000), 2.0**-23
@@ -44,7 +44,6 @@ def test_draws_are_those_of_double_precision_rounded():
 
 
 METRICS = {"miss_deg": Metric("deg", "by how much"), "time_s": Metric("s", "until when")}
-SCENARIO = Scenario("own", ("good", "bad"), METRICS, 100, lambda seed, cases: {})
 
 
 def found(miss, time, bad):
@@ -55,7 +54,7 @@ def test_differences_are_told_of_what_both_have():
     miss, none = np.arange(101.0), np.full(101, np.nan)
     time = np.where(np.arange(101) < 11, np.arange(101), np.nan)
     off = np.where(np.arange(101) == 100, 7.0, 0.9)
-    told = agreement(SCENARIO, found(miss, time, miss < 0), found(miss + off, none, miss < 2))
+    told = agreement(METRICS, found(miss, time, miss < 0), found(miss + off, none, miss < 2))
     one, other = told["metrics"]["miss_deg"], told["metrics"]["time_s"]
     assert (one["median"], one["of"], one["in_one_alone"]) == (pytest.approx(0.9), 101, 0)
     # Of 0 ... 100 the spread from the 5th to the 95th percentile is 90.
@@ -65,7 +64,7 @@ def test_differences_are_told_of_what_both_have():
     assert told["ends_otherwise"] == 2 and told["succeeded"] == {"float64": 101, "float32": 99}
     assert not told["holds"] and told["message"].startswith("SINGLE PRECISION IS NOT GOOD ENOUGH HERE")
     assert "2 end otherwise (limits: 1 % of the cases, 2 % of a spread)" in told["message"]
-    well = agreement(SCENARIO, found(miss, time, miss < 0), found(miss + off, time, miss < 1))
+    well = agreement(METRICS, found(miss, time, miss < 0), found(miss + off, time, miss < 1))
     assert well["holds"] and "1 ends otherwise; the median difference is at most 1 %" in well["message"]
 
 

@@ -103,7 +103,7 @@ class SweepRun:
             double = in_double(self.source, self.plan.seed, np.arange(own))
         single = {name: read_metric(self.out, name)[:first] for name in self.scenario.metrics}
         double = {name: values[:first] for name, values in double.items()}
-        return agreement(self.scenario, double, {"status": status[:first], **single})
+        return agreement(self.scenario.metrics, double, {"status": status[:first], **single})
 
     def _run(self, missing: list[int], talk: Talk) -> tuple[int, dict[str, float]]:
         """Runs chunks; returns the number of their cases and how long the first one and all of them took [s]."""

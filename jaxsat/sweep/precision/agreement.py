@@ -11,7 +11,7 @@ import numpy as np
 
 from jaxsat.errors import InputError
 from jaxsat.significant import count_text
-from jaxsat.sweep.scenario import Scenario, run_cases
+from jaxsat.sweep.scenario import Metric, run_cases
 from jaxsat.sweep.signals import deaf_children
 from jaxsat.sweep.source import Source
 
@@ -55,8 +55,10 @@ def _send(sender: Connection, source: Source, seed: int, cases: np.ndarray) -> N
         sender.send(found)
 
 
-def agreement(scenario: Scenario, double: Mapping[str, np.ndarray], single: Mapping[str, np.ndarray]) -> dict[str, Any]:
-    """How far the same cases are apart in both precisions; each mapping has `status` and the metrics [cases].
+def agreement(
+    metrics: Mapping[str, Metric], double: Mapping[str, np.ndarray], single: Mapping[str, np.ndarray]
+) -> dict[str, Any]:
+    """How far the same cases are apart in both precisions; `double` and `single` have `status` and the metrics [cases].
 
     Of each metric the median and largest difference over the cases that have it in both, how many have it in one alone,
     the median over the metric's spread, from its 5th to its 95th percentile, and by how much of that spread the 5th,
@@ -64,11 +66,11 @@ def agreement(scenario: Scenario, double: Mapping[str, np.ndarray], single: Mapp
     """
     cases = len(double["status"])
     otherwise = int(np.count_nonzero(double["status"] != single["status"]))
-    metrics = {
+    apart = {
         name: {"unit": metric.unit, **_apart(np.asarray(double[name]), np.asarray(single[name]))}
-        for name, metric in scenario.metrics.items()
+        for name, metric in metrics.items()
     }
-    beyond = [name for name, m in metrics.items() if m["median_over_spread"] > OFF]
+    beyond = [name for name, m in apart.items() if m["median_over_spread"] > OFF]
     # One of a few cases is no share.
     holds = not beyond and otherwise <= max(1.0, OTHERWISE * cases)
     return {
@@ -77,8 +79,8 @@ def agreement(scenario: Scenario, double: Mapping[str, np.ndarray], single: Mapp
         "succeeded": {"float64": _succeeded(double), "float32": _succeeded(single)},
         "limits": {"ends_otherwise_share": OTHERWISE, "median_over_spread": OFF},
         "holds": holds,
-        "message": _message(cases, otherwise, metrics, beyond, holds),
-        "metrics": metrics,
+        "message": _message(cases, otherwise, apart, beyond, holds),
+        "metrics": apart,
     }
 
 
