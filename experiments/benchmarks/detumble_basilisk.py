@@ -2,9 +2,9 @@
 
 Both start from the same attitudes and rates and run the same physics: gravity gradient on a Kepler orbit, one centred
 dipole that does not turn, perfect readings of field and rate, dipoles -k B x w / B^2 cut at their largest, a control
-period of 2 s, RK4 in steps of 0.5 s (`--step`), two orbits. Both have two workers: Basilisk two processes of its controller, ours
-two threads. Nothing of either is compiled or imported in the times; the fastest of two. Prints a table and the largest
-difference of the rates at the end, writes JSON; a minute.
+period of 2 s, RK4 in steps of 0.5 s (`--step`), two orbits. Both have two workers: Basilisk two processes of its
+controller, ours two threads. Nothing of either is compiled or imported in the times; the fastest of two. Prints a table
+and the largest difference of the rates at the end, writes JSON; a minute.
 
     .venv/bin/pip install -e '.[basilisk]'
     .venv/bin/python experiments/benchmarks/detumble_basilisk.py --out detumble-basilisk.json

@@ -30,7 +30,8 @@ from jaxsat.sweep.precision.agreement import agreement
 
 SCENARIOS = ("detumble", "sun-pointing", "point", "emergency-mode", "earth-search", "gravity-gradient")
 """In the order in which they are begun."""
-CASES: dict[str, dict[str, int]] = {"cpu": dict.fromkeys(SCENARIOS, 2000), "gpu": dict.fromkeys(SCENARIOS, 32_768)}
+ON_CPU = (2000, 10_000, 800, 4000, 10_000, 10_240)
+CASES = {"cpu": dict(zip(SCENARIOS, ON_CPU, strict=True)), "gpu": dict.fromkeys(SCENARIOS, 32_768)}
 GPU_CHUNK = 16_384
 SEED = 1
 KEYS = ("median_over_spread", "percentiles_over_spread")

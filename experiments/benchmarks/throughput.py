@@ -29,6 +29,10 @@ COMMAND = (sys.executable, "-c", "import jaxsat.cli.main as m\nif __name__ == '_
 CORES = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else list(range(os.cpu_count() or 1))
 
 
+ALONE = {**os.environ, "NPROC": "1"}
+"""One thread of XLA's a process, so that processes do not get into each other's way."""
+
+
 @dataclass(frozen=True)
 class Way:
     """How a sweep is run: the words of each of its processes, and the cores that each may use."""
@@ -64,7 +68,7 @@ def cluster(workers: int) -> Iterator[str]:
                 time.sleep(0.05)
             for _ in range(workers):
                 more = ("--scheduler-file", str(told), "--local-directory", folder)
-                begun.append(subprocess.Popen([*worker, *more], stderr=subprocess.DEVNULL))
+                begun.append(subprocess.Popen([*worker, *more], stderr=subprocess.DEVNULL, env=ALONE))
             yield json.loads(told.read_text())["address"]
         finally:
             for process in reversed(begun):
@@ -86,7 +90,8 @@ def run(name: str, cases: int, way: Way, out: Path) -> dict[str, float]:
     wall = time.perf_counter() - began
     written = sorted(path.stat().st_mtime for path in (out / "chunks").glob("chunk-*.parquet"))
     chunk = json.loads((out / "summary.json").read_text())["chunk"]
-    steady = (cases - chunk * len(way.processes)) / (written[-1] - written[len(way.processes) - 1])
+    under_way = len(way.processes)
+    steady = (cases - chunk * under_way) / max(written[-1] - written[under_way - 1], 1e-3)
     return {"time_s": wall, "cases_per_s": steady}
 
 

@@ -158,6 +158,8 @@ def _client(scheduler: str | None, workers: int) -> Iterator[Any]:
         "threads_per_worker": 1,
         "dashboard_address": None,
         "silence_logs": logging.CRITICAL,
+        # Which XLA reads: else each worker has a thread for every core, and they get into each other's way.
+        "env": {"NPROC": str(max(1, _cores() // workers))},
     }
     with deaf_children():
         cluster = LocalCluster(**settings)

@@ -63,9 +63,13 @@ def test_differences_are_told_of_what_both_have():
     assert (other["of"], other["in_one_alone"]) == (0, 11)
     assert told["ends_otherwise"] == 2 and told["succeeded"] == {"float64": 101, "float32": 99}
     assert not told["holds"] and told["message"].startswith("SINGLE PRECISION IS NOT GOOD ENOUGH HERE")
-    assert "2 end otherwise (limits: 1 % of the cases, 2 % of a spread)" in told["message"]
+    assert "2 end otherwise; time_s is off by 0 %" in told["message"] and "11 cases having it in one" in told["message"]
+    assert "miss_deg" not in told["message"] and told["message"].endswith("(limits: 1 % of the cases; 2 %, 10 %).")
     well = agreement(METRICS, found(miss, time, miss < 0), found(miss + off, time, miss < 1))
-    assert well["holds"] and "1 ends otherwise; the median difference is at most 1 %" in well["message"]
+    assert (
+        well["holds"]
+        and "1 ends otherwise; the median difference of a metric is at most 1 % of its spread" in well["message"]
+    )
 
 
 LOSSY = '''"""Numbers of which single precision keeps all, and nothing."""
@@ -101,7 +105,7 @@ def test_what_single_precision_loses_is_told_loudly(tmp_path):
     assert done.returncode == 0, done.stderr
     said = " ".join(done.stdout.split())
     assert "lossy: 50 cases, seed 4, in float32, 50 succeeded" in said
-    assert "SINGLE PRECISION IS NOT GOOD ENOUGH HERE, case by case: of 50 cases" in said
+    assert "SINGLE PRECISION IS NOT GOOD ENOUGH HERE: of 50 cases" in said
     summary = json.loads((tmp_path / "o" / "summary.json").read_text())
     compared = summary["compared_with_float64"]
     assert summary["precision"] == "float32" and compared["cases"] == 50 and not compared["holds"]
