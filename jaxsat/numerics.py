@@ -2,7 +2,6 @@
 
 import os
 import sys
-import tempfile
 import warnings
 from pathlib import Path
 from typing import Literal
@@ -78,6 +77,8 @@ def _cache_directory() -> Path:
 
 
 def _why_not_writable(directory: Path) -> str | None:
+    import tempfile  # Takes longer than all the rest of this module, which every command imports.
+
     try:
         # What lies there is run, so it is the user's alone.
         directory.mkdir(mode=0o700, parents=True, exist_ok=True)

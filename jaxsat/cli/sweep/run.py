@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from jaxsat.cli.shared.talk import Talk
-from jaxsat.cli.sweep.files import finish, sweep_summary
+from jaxsat.cli.sweep.files import COMPARED, finish, sweep_summary
 from jaxsat.cli.sweep.progress import SweepProgress
 from jaxsat.significant import count_text
 from jaxsat.sweep import (
@@ -51,6 +51,9 @@ class SweepRun:
         """Runs what is missing, and merges and tells where that was the last."""
         done = self.complete(resume=resume, imported=imported, began=began, plots=plots, talk=talk)
         if done is not None:
+            compared = done[0].get(COMPARED)
+            if compared is not None and not compared["holds"] and (talk.quiet or talk.json):
+                print(f"jaxsat: warning: {compared['message']}", file=sys.stderr)
             summary = sweep_summary(*done, whole=talk.verbose)
             talk.result(summary, f"\nresults in {self.out}", document=self.out / "summary.json")
         return 0

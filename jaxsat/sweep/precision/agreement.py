@@ -27,8 +27,10 @@ def in_double(source: Source, seed: int, cases: np.ndarray) -> dict[str, np.ndar
     """Status and metrics of `cases` [cases] in double precision on the CPU: in a process of its own.
 
     A process has one precision. `source` prepares with precision and device, as `jaxsat.numerics.set_up_jax` takes
-    them. Raises `InputError` where the process ends without numbers.
+    them; ValueError for one that does not. Raises `InputError` where the process ends without numbers.
     """
+    if not source.prepare:
+        raise ValueError("in_double: the source prepares nothing, so that its process has no precision")
     source = dataclasses.replace(source, arguments=("float64", "cpu"), chunk=0)
     context = multiprocessing.get_context("spawn")
     receiver, sender = context.Pipe(duplex=False)
