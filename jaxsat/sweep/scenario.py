@@ -13,6 +13,7 @@ from jaxsat.errors import InputError
 from jaxsat.sweep.history import History
 from jaxsat.sweep.inputs import PREFIX, Input, check_inputs
 from jaxsat.sweep.pinned import pinned
+from jaxsat.sweep.precision.keys import key_of
 
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _OWN_COLUMNS = ("case", "status")
@@ -55,6 +56,8 @@ class Scenario:
     """What differs at random between its cases, with the options that it has."""
     draw: Callable[[int, np.ndarray], Any] | None = None
     """`draw(seed, cases)` returns what `run` begins from, in which each of the `inputs` finds its values."""
+    only_float64: str = ""
+    """Why it cannot be run in single precision, in words; empty where it can."""
 
     def __post_init__(self):
         if not 1 <= len(set(self.statuses)) == len(self.statuses) <= 127:
@@ -120,11 +123,15 @@ def chunk_of(case: int, chunk: int) -> np.ndarray:
 
 
 def case_keys(seed: int, cases: np.ndarray) -> Any:
-    """JAX random keys [cases], each of the seed and the case's own number alone."""
+    """JAX random keys [cases], each of the seed and the case's own number alone.
+
+    In single precision they draw what they draw in double precision, rounded; but for whole numbers of a range that is
+    no power of two up to 256.
+    """
     import jax
 
     # The generator takes numbers of 32 bits; `jaxsat sweep` lets no case go beyond them.
-    return jax.vmap(jax.random.fold_in, in_axes=(None, 0))(jax.random.key(seed), cases.astype(np.uint32))
+    return jax.vmap(jax.random.fold_in, in_axes=(None, 0))(key_of(seed), cases.astype(np.uint32))
 
 
 @dataclass(frozen=True)

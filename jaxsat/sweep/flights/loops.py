@@ -79,7 +79,9 @@ class LoopCases:
     @functools.cached_property
     def nominal(self) -> Vehicle:
         """The vehicle of the file's own numbers."""
-        return vehicle(self.flight.satellite.model.spacecraft, self.torquers, self.wheels)
+        # Kept for chunks of any size, so it must not belong to the trace that asks for it first.
+        with jax.ensure_compile_time_eval():
+            return vehicle(self.flight.satellite.model.spacecraft, self.torquers, self.wheels)
 
     @property
     def periods(self) -> int:

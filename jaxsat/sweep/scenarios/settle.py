@@ -47,6 +47,7 @@ ASSUMPTIONS = (
     "A motion that is chaotic is kept though no step holds the tolerance; error_rad says of which cases.",
 )
 CHUNK = 256
+ONLY_FLOAT64 = "its steps are found by differences of motions that are smaller than roundings of float32"
 
 
 @dataclass(frozen=True)
@@ -182,7 +183,8 @@ def _build(options: Mapping[str, str]) -> Scenario:
 
     inputs = (*start_inputs(Reader(options).number("rate_deg_s")), *program.spread.inputs())
     history = functools.partial(_history, options_of)
-    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history, inputs=inputs, draw=draw)
+    about = {"history": history, "inputs": inputs, "draw": draw, "only_float64": ONLY_FLOAT64}
+    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, **about)
 
 
 def _drawn(drawn: Drawn) -> Drawn:
