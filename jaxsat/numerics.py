@@ -41,11 +41,31 @@ def set_up_jax(precision: Precision = "float64", device: Device | None = None) -
     if problem:
         jax.config.update("jax_enable_compilation_cache", False)
         return f"no compile cache, every run compiles anew: {directory}: {problem}"
+    _keep_in(directory)
+    return None
+
+
+def keep_programs(directory: str | Path | None = None) -> Path:
+    """Keeps compiled programs between runs, as the command does, for a program of one's own; returns where.
+
+    That is the given directory, else the one of `set_up_jax`, which this does without its choice of precision. To be
+    called before the first program is compiled. Raises `InputError` for a directory that cannot be written.
+    """
+    place = _cache_directory() if directory is None else Path(directory)
+    problem = _why_not_writable(place)
+    if problem:
+        raise InputError(f"no programs can be kept here: {problem}", file=place)
+    _keep_in(place)
+    return place
+
+
+def _keep_in(directory: Path) -> None:
+    import jax
+
     jax.config.update("jax_compilation_cache_dir", str(directory))
     # By default only slow compilations of large programs are kept; a cold start has many small ones.
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
-    return None
 
 
 def device_name() -> str:

@@ -77,6 +77,14 @@ class AdamsGrid(eqx.Module):
         """Number of steps."""
         return len(self.node_times) - START_NODES + ORDER - 2
 
+    @property
+    def at_end(self) -> bool:
+        """Whether the end of the last step alone is read; False where the grid is traced, which tells no numbers."""
+        if any(isinstance(x, jax.core.Tracer) for x in (self.sample_first, self.sample_weights)):
+            return False
+        places = np.arange(_INTERPOLATION) + np.asarray(self.sample_first)[:, None]
+        return len(places) == 1 and bool(np.all(np.asarray(self.sample_weights) == (places == self.steps)))
+
     def padded(self, steps: int) -> "AdamsGrid":
         """The same grid with its last node repeated up to so many steps, for programs with a traced count."""
         nodes = np.pad(self.node_times, (0, max(0, steps - self.steps)), mode="edge")
