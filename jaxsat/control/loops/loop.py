@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxsat.control.actuators import motor_torques, torquer_dipoles
+from jaxsat.control.actuators import fire, motor_torques, torquer_dipoles
 from jaxsat.control.closed_loop import ClosedLoop
 from jaxsat.control.loops.controllers import AbstractController
 from jaxsat.control.loops.estimators import AbstractEstimator, Now
@@ -42,6 +42,8 @@ class LoopState(eqx.Module):
     """Of the torquers while they are on [A m^2]."""
     motors: Float[Array, " wheels"] | None
     """Torque of each motor on its wheel [N m]."""
+    thrust: Float[Array, "3"] | None
+    """Mean torque of the thrusters, body axes [N m]."""
     tally: Any
 
 
@@ -59,7 +61,9 @@ def loop(
     For `run_cases` and `run_one` with `fixed` = (vehicle, channels, estimator, controller), each of one case or with
     the cases in front, and a `first_state`. The objects given here say what there is, and their numbers are those of
     one case. Between the readings the motion takes the steps of the schedule with the surroundings of the plant's
-    timeline at their stages; dipoles and motor torques are constant from one switch to the next.
+    timeline at their stages; dipoles and motor torques are constant from one switch to the next. Pulses of thrusters
+    count as their mean over the period, which moves the attitude by an eighth of their acceleration times the period
+    squared at most.
     """
     fixed = (plant.vehicle, plant.channels, estimator, controller)
     like = jax.tree.map(lambda leaf: jax.ShapeDtypeStruct(jnp.shape(leaf), jnp.result_type(leaf)), fixed)
@@ -102,6 +106,7 @@ def first_state(
         controller=controller.start(),
         dipoles=None if torquers is None else jnp.zeros(torquers.max_dipole.shape[-1]),
         motors=None if wheels is None else jnp.zeros(wheels.inertia.shape[-1]),
+        thrust=None if plant.vehicle.thrusters is None else jnp.zeros(3),
         tally=None if watch is None else watch.start(),
     )
 
@@ -115,14 +120,19 @@ def _decided(vehicle, channels, estimator, controller, watch, period, state, num
     memory, estimate = estimator.update(state.estimator, readings, now)
     decision, commands = controller.update(state.controller, estimate, now)
     commands = jax.lax.optimization_barrier(commands)
-    dipoles = motors = None
+    dipoles = motors = pulses = None
     if vehicle.torquers is not None:
         dipoles = torquer_dipoles(vehicle.torquers, commands.dipole)
     if vehicle.wheels is not None:
         motors = motor_torques(vehicle.wheels, commands.torque, motion.wheel_speed, period)
-    sample = Sample(motion, readings, estimate, dipoles, motors)
+    if vehicle.thrusters is not None:
+        wanted = jnp.zeros(3) if commands.thrust is None else commands.thrust
+        silent = jnp.zeros(vehicle.thrusters.torque.shape) if commands.dead_band is None else commands.dead_band
+        pulses = jax.lax.optimization_barrier(fire(vehicle.thrusters, wanted, silent, period))
+    sample = Sample(motion, readings, estimate, dipoles, motors, pulses)
     tally = None if watch is None else watch.update(state.tally, sample, here)
-    return LoopState(motion, late, memory, decision, dipoles, motors, tally), sample
+    thrust = None if pulses is None else pulses.torque_body
+    return LoopState(motion, late, memory, decision, dipoles, motors, thrust, tally), sample
 
 
 def _moved(vehicle: Vehicle, state: LoopState, stage: Stage) -> LoopState:
@@ -135,7 +145,7 @@ def _moved(vehicle: Vehicle, state: LoopState, stage: Stage) -> LoopState:
 
     def slope(motion, point):
         motion = jax.lax.optimization_barrier(motion)
-        return jax.lax.optimization_barrier(motion_rates(vehicle, motion, point, dipole, state.motors))
+        return jax.lax.optimization_barrier(motion_rates(vehicle, motion, point, dipole, state.motors, state.thrust))
 
     motion = runge_kutta_step(RK4, slope, state.motion, stage.length, (begin, middle, middle, end))
     motion = eqx.tree_at(lambda m: m.quaternion, motion, quaternion.normalize(motion.quaternion))

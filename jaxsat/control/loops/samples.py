@@ -4,6 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from jaxsat.control.actuators import Pulses
 from jaxsat.control.loops.estimators import Estimate
 from jaxsat.control.loops.readings import Reading
 from jaxsat.control.loops.vehicle import Motion
@@ -19,6 +20,7 @@ class Sample(eqx.Module):
     """[A m^2]"""
     motors: Float[Array, " wheels"] | None
     """[N m]"""
+    pulses: Pulses | None
 
     @property
     def dipole_sizes(self) -> Float[Array, " torquers"]:

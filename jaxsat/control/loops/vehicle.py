@@ -1,4 +1,4 @@
-"""The satellite of a loop: a rigid body with magnetorquers and wheels, and the equations of its motion."""
+"""The satellite of a loop: a rigid body with torquers, wheels and thrusters, and the equations of its motion."""
 
 import dataclasses
 
@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxsat.control.actuators import Magnetorquers, ReactionWheels, friction, stored_momentum
+from jaxsat.control.actuators import Magnetorquers, ReactionWheels, Thrusters, friction, stored_momentum
 from jaxsat.dynamics import AttitudeState, body_environment
 from jaxsat.environment import OrbitTable
 from jaxsat.math import cross, inverse_3x3, quaternion
@@ -31,12 +31,16 @@ class Vehicle(eqx.Module):
     spacecraft: Spacecraft
     inverse_inertia: Float[Array, "*cases 3 3"]
     """Of the inertia without the wheels' own about their axes."""
-    torquers: Magnetorquers | None
-    wheels: ReactionWheels | None
+    torquers: Magnetorquers | None = None
+    wheels: ReactionWheels | None = None
+    thrusters: Thrusters | None = None
 
 
 def vehicle(
-    spacecraft: Spacecraft, torquers: Magnetorquers | None = None, wheels: ReactionWheels | None = None
+    spacecraft: Spacecraft,
+    torquers: Magnetorquers | None = None,
+    wheels: ReactionWheels | None = None,
+    thrusters: Thrusters | None = None,
 ) -> Vehicle:
     """A satellite with actuators that a loop commands; parts that follow columns of telemetry are left out.
 
@@ -45,7 +49,7 @@ def vehicle(
     if spacecraft.hysteresis_rods is not None:
         raise ValueError("vehicle: rods with hysteresis have a state that a loop does not carry: use simulate_many")
     craft = dataclasses.replace(spacecraft, parts=own_parts(spacecraft.parts))
-    return Vehicle(craft, inverse_without_wheels(spacecraft.inertia, wheels), torquers, wheels)
+    return Vehicle(craft, inverse_without_wheels(spacecraft.inertia, wheels), torquers, wheels, thrusters)
 
 
 def own_parts(parts: tuple[eqx.Module, ...]) -> tuple[eqx.Module, ...]:
@@ -74,6 +78,7 @@ def motion_rates(
     point: OrbitTable,
     dipole: Float[Array, "3"],
     motor: Float[Array, " wheels"] | None,
+    thrust: Float[Array, "3"] | None = None,
 ) -> Motion:
     """Rates of the motion at one entry of an orbit's table.
 
@@ -81,12 +86,14 @@ def motion_rates(
 
         (J - sum I a a^T) w' = torque - w x h - sum u a,    s' = u / I - a . w'
 
-    (Markley & Crassidis 2014, sec. 3.3.5). `dipole` is that of the torquers [A m^2], `motor` of each wheel [N m].
+    (Markley & Crassidis 2014, sec. 3.3.5). `dipole` is that of the torquers [A m^2], `motor` the torque of
+    each motor [N m], `thrust` that of the thrusters on the body [N m].
     """
     q, w = motion.quaternion, motion.angular_velocity
     around = body_environment(AttitudeState(q, w), point)
     torque = sum((t(vehicle.spacecraft, around) for t in torques_of(vehicle.spacecraft, around)), jnp.zeros_like(w))
     torque = torque + cross(dipole, around.b_field_body) - cross(w, momentum(vehicle, motion))
+    torque = torque if thrust is None else torque + thrust
     q_dot = 0.5 * quaternion.times_vector(q, w)
     wheels = vehicle.wheels
     if wheels is None or motor is None or motion.wheel_speed is None:

@@ -9,9 +9,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
+from jaxsat.control.actuators import fire
 from jaxsat.control.sun_pointing.law import Guidance, SunPointingLaw, decide, first_guidance, wanted_torque
 from jaxsat.control.sun_pointing.vehicle import SunPointingVehicle
-from jaxsat.control.thrusters import fire
 from jaxsat.dynamics import rigid_body_rates
 from jaxsat.estimation.sun.candidates import sun_candidates
 from jaxsat.estimation.sun.filter import SunFilter, blank_filter, corrected, predicted

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Key
 
 from jaxsat.control import closed_loop
-from jaxsat.control.actuators import Magnetorquers, ReactionWheels
+from jaxsat.control.actuators import Magnetorquers, ReactionWheels, Thrusters
 from jaxsat.control.loops import (
     AbstractController,
     AbstractEstimator,
@@ -75,11 +75,12 @@ class LoopCases:
     timeline: Callable[[], Timeline]
     """Tabulated when it is first asked for."""
     noisy: bool = True
+    thrusters: Thrusters | None = None
 
     @functools.cached_property
     def nominal(self) -> Vehicle:
         """The vehicle of the file's own numbers."""
-        return vehicle(self.flight.satellite.model.spacecraft, self.torquers, self.wheels)
+        return vehicle(self.flight.satellite.model.spacecraft, self.torquers, self.wheels, self.thrusters)
 
     @property
     def periods(self) -> int:
@@ -128,7 +129,7 @@ class LoopCases:
         inverse = nominal.inverse_inertia
         if craft.inertia.ndim == 3:
             inverse = jax.vmap(lambda inertia: inverse_without_wheels(inertia, self.wheels))(craft.inertia)
-        return Vehicle(craft, inverse, nominal.torquers, nominal.wheels)
+        return dataclasses.replace(nominal, spacecraft=craft, inverse_inertia=inverse)
 
     def _plant(self, around: Timeline) -> Plant:
         return Plant(self.nominal, self.channels, around)
