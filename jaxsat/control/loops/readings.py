@@ -4,7 +4,9 @@ Noise is of unit normal numbers that are given, so that a case is the same in ev
 back into body axes with the calibration that is known on board, which need not be the true one.
 """
 
+from abc import abstractmethod
 from collections.abc import Mapping
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -31,7 +33,49 @@ LIT = 0.5
 """Visible share of the Sun from which on a Sun sensor tells its direction."""
 
 
-class Channel(eqx.Module):
+class Reading(eqx.Module):
+    """The last reading of a sensor."""
+
+    value: Float[Array, " _"]
+    """Body axes, SI; of an attitude the quaternion inertial-from-body."""
+    fresh: Bool[Array, ""]
+    """Whether it came in this control period."""
+
+
+class Late(eqx.Module):
+    """Readings under way: the newest first."""
+
+    raw: Float[Array, "late _"]
+    fresh: Bool[Array, " late"]
+    kept: Float[Array, " _"]
+    """The last one that came, as a `Reading` has it."""
+
+
+class AbstractChannel(eqx.Module):
+    """A sensor of a loop with what disturbs it, written for one satellite; `Channel` for those of satellite files."""
+
+    @property
+    @abstractmethod
+    def numbers(self) -> tuple[int, int]:
+        """Random numbers of a reading: unit normal ones, and uniform ones from 0 to 1."""
+
+    @abstractmethod
+    def start(self) -> Any:
+        """What it remembers before the first reading."""
+
+    @abstractmethod
+    def read(
+        self,
+        memory: Any,
+        motion: Motion,
+        here: Instant,
+        normal: Float[Array, " _"] | None,
+        uniform: Float[Array, " _"] | None,
+    ) -> tuple[Any, Any]:
+        """The memory after the beginning of a control period, and the reading; without numbers nothing is random."""
+
+
+class Channel(AbstractChannel):
     """A sensor as it is, what disturbs its readings, and the calibration that is known on board."""
 
     sensor: AbstractSensor
@@ -52,6 +96,33 @@ class Channel(eqx.Module):
     def size(self) -> int:
         """Numbers of a reading."""
         return 4 if isinstance(self.sensor, StarTracker) else self.offset.shape[0]
+
+    @property
+    def numbers(self) -> tuple[int, int]:
+        return (3 if isinstance(self.sensor, StarTracker) else self.size), 1
+
+    def start(self) -> Late:
+        late = self.delay + 1
+        none = jnp.array([1.0, 0.0, 0.0, 0.0]) if isinstance(self.sensor, StarTracker) else jnp.zeros(3)
+        return Late(jnp.zeros((late, self.size)), jnp.zeros(late, bool), none)
+
+    def read(
+        self,
+        memory: Late,
+        motion: Motion,
+        here: Instant,
+        normal: Float[Array, " _"] | None,
+        uniform: Float[Array, " _"] | None,
+    ) -> tuple[Late, Reading]:
+        raw, fresh = _disturbed(self, self.sensor(_view(motion, here)), normal), jnp.asarray(True)
+        if isinstance(self.sensor, SunVector):
+            fresh = here.illumination > LIT
+        if uniform is not None:
+            fresh = fresh & (uniform[0] >= self.dropout)
+        raws = jnp.concatenate([raw[None], memory.raw[:-1]])
+        freshes = jnp.concatenate([fresh[None], memory.fresh[:-1]])
+        value = jnp.where(freshes[-1], _on_board(self, raws[-1]), memory.kept)
+        return Late(raws, freshes, value), Reading(value, freshes[-1])
 
 
 def channel(
@@ -84,58 +155,44 @@ def _calibration(sensor) -> tuple[np.ndarray, np.ndarray]:
     return turn @ np.linalg.inv(scale) @ np.linalg.pinv(rows), rows @ np.asarray(sensor.bias, float)
 
 
-class Reading(eqx.Module):
-    """The last reading of a sensor."""
-
-    value: Float[Array, " _"]
-    """Body axes, SI; of an attitude the quaternion inertial-from-body."""
-    fresh: Bool[Array, ""]
-    """Whether it came in this control period."""
+def nothing_yet(channels: Mapping[str, AbstractChannel]) -> dict[str, Any]:
+    """What they remember before the first reading."""
+    return {name: one.start() for name, one in channels.items()}
 
 
-class Late(eqx.Module):
-    """Readings under way: the newest first."""
-
-    raw: Float[Array, "late _"]
-    fresh: Bool[Array, " late"]
-    kept: Float[Array, " _"]
-    """The last one that came, as a `Reading` has it."""
-
-
-def nothing_yet(channels: Mapping[str, Channel]) -> dict[str, Late]:
-    """Before the first reading."""
-    found = {}
-    for name, one in channels.items():
-        late = one.delay + 1
-        kept = jnp.array([1.0, 0.0, 0.0, 0.0]) if name == "attitude" else jnp.zeros(3)
-        found[name] = Late(jnp.zeros((late, one.size)), jnp.zeros(late, bool), kept)
-    return found
-
-
-def numbers_needed(channels: Mapping[str, Channel]) -> int:
-    """Random numbers of one control period: a normal one for each number read, a uniform one for each sensor."""
-    return sum(_normals(name, one) + 1 for name, one in channels.items())
-
-
-def _normals(name: str, one: Channel) -> int:
-    return 3 if name == "attitude" else one.size
+def numbers_needed(channels: Mapping[str, AbstractChannel]) -> tuple[int, int]:
+    """Random numbers of one control period: normal ones, and uniform ones."""
+    normals, uniforms = np.array([(0, 0), *(one.numbers for one in channels.values())]).sum(axis=0)
+    return int(normals), int(uniforms)
 
 
 def read(
-    channels: Mapping[str, Channel],
-    late: Mapping[str, Late],
+    channels: Mapping[str, AbstractChannel],
+    memory: Mapping[str, Any],
     motion: Motion,
     here: Instant,
     random: Float[Array, " _"] | None,
-) -> tuple[dict[str, Late], dict[str, Reading]]:
+) -> tuple[dict[str, Any], dict[str, Any]]:
     """Readings at the beginning of a control period; without `random` numbers there are no noise and no drop-outs.
 
     `random` holds the normal numbers of all channels, then the uniform ones.
     """
+    after, found, normal, uniform = {}, {}, 0, numbers_needed(channels)[0]
+    for name, one in channels.items():
+        normals, uniforms = one.numbers
+        own = (None, None)
+        if random is not None:
+            own = random[normal : normal + normals], random[uniform : uniform + uniforms]
+        normal, uniform = normal + normals, uniform + uniforms
+        after[name], found[name] = one.read(memory[name], motion, here, *own)
+    return after, found
+
+
+def _view(motion: Motion, here: Instant) -> View:
     none = jnp.zeros(())
     away = jnp.zeros((1, 3))
     light = LightTable(here.sun_eci, here.illumination, here.sun_eci, none, away, jnp.zeros(1))
-    view = View(
+    return View(
         attitude=motion.quaternion,
         rate=motion.angular_velocity,
         time=here.time,
@@ -144,40 +201,22 @@ def read(
         b_field_eci=here.b_field_eci,
         light=light,
     )
-    taken, after, found = 0, {}, {}
-    for number, (name, one) in enumerate(channels.items()):
-        count = _normals(name, one)
-        raw, fresh = one.sensor(view), jnp.asarray(True)
-        if name == "sun":
-            fresh = here.illumination > LIT
-        raw = _disturbed(name, one, raw, None if random is None else random[taken : taken + count])
-        if random is not None:
-            fresh = fresh & (random[number - len(channels)] >= one.dropout)
-        taken += count
-        before = late[name]
-        raws = jnp.concatenate([raw[None], before.raw[:-1]])
-        freshes = jnp.concatenate([fresh[None], before.fresh[:-1]])
-        value = jnp.where(freshes[-1], _on_board(name, one, raws[-1]), before.kept)
-        after[name] = Late(raws, freshes, value)
-        found[name] = Reading(value, freshes[-1])
-    return after, found
 
 
-def _disturbed(name: str, one: Channel, raw, normal):
-    if name == "attitude":
+def _disturbed(one: Channel, raw, normal):
+    if isinstance(one.sensor, StarTracker):
         if normal is None:
             return raw
         return quaternion.multiply(raw, quaternion.from_rotation_vector(one.sigma * normal))
     if normal is not None:
         raw = raw + one.sigma * normal
-        raw = unit(raw) if name == "sun" and one.size > 2 else raw
+        raw = unit(raw) if isinstance(one.sensor, SunVector) and one.size > 2 else raw
     return stepped(raw, one.quantum)
 
 
-def _on_board(name: str, one: Channel, raw):
-    if name != "attitude":
+def _on_board(one: Channel, raw):
+    if not isinstance(one.sensor, StarTracker):
         value = one.matrix @ (raw - one.offset)
-        return unit(value) if name == "sun" else value
-    assert isinstance(one.sensor, StarTracker)
+        return unit(value) if isinstance(one.sensor, SunVector) else value
     q = quaternion.conjugate(raw) if one.sensor.body_from_inertial else raw
     return quaternion.normalize(quaternion.multiply(q, quaternion.conjugate(quaternion.from_dcm(one.matrix))))

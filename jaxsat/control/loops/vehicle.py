@@ -1,6 +1,8 @@
 """The satellite of a loop: a rigid body with torquers, wheels and thrusters, and the equations of its motion."""
 
 import dataclasses
+from collections.abc import Callable
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -10,6 +12,7 @@ from jaxsat.control.actuators import Magnetorquers, ReactionWheels, Thrusters, f
 from jaxsat.dynamics import AttitudeState, body_environment
 from jaxsat.environment import OrbitTable
 from jaxsat.math import cross, inverse_3x3, quaternion
+from jaxsat.math.runge_kutta import RK4, runge_kutta_step
 from jaxsat.spacecraft import Spacecraft
 from jaxsat.torques import Coil, Wheel, torques_of
 
@@ -75,25 +78,28 @@ def momentum(vehicle: Vehicle, motion: Motion) -> Float[Array, "3"]:
 def motion_rates(
     vehicle: Vehicle,
     motion: Motion,
-    point: OrbitTable,
+    point: OrbitTable | None,
     dipole: Float[Array, "3"],
     motor: Float[Array, " wheels"] | None,
-    thrust: Float[Array, "3"] | None = None,
+    more: Float[Array, "3"] | None = None,
 ) -> Motion:
-    """Rates of the motion at one entry of an orbit's table.
+    """Rates of the motion at one entry of an orbit's table; without one nothing acts but wheels and thrusters.
 
     With the momentum h of satellite and wheels and the torques u of motors and friction on the wheels
 
         (J - sum I a a^T) w' = torque - w x h - sum u a,    s' = u / I - a . w'
 
     (Markley & Crassidis 2014, sec. 3.3.5). `dipole` is that of the torquers [A m^2], `motor` the torque of
-    each motor [N m], `thrust` that of the thrusters on the body [N m].
+    each motor [N m], `more` what else turns the body, as thrusters do [N m].
     """
     q, w = motion.quaternion, motion.angular_velocity
-    around = body_environment(AttitudeState(q, w), point)
-    torque = sum((t(vehicle.spacecraft, around) for t in torques_of(vehicle.spacecraft, around)), jnp.zeros_like(w))
-    torque = torque + cross(dipole, around.b_field_body) - cross(w, momentum(vehicle, motion))
-    torque = torque if thrust is None else torque + thrust
+    torque = jnp.zeros_like(w)
+    if point is not None:
+        around = body_environment(AttitudeState(q, w), point)
+        torque = sum((t(vehicle.spacecraft, around) for t in torques_of(vehicle.spacecraft, around)), torque)
+        torque = torque + cross(dipole, around.b_field_body)
+    torque = torque - cross(w, momentum(vehicle, motion))
+    torque = torque if more is None else torque + more
     q_dot = 0.5 * quaternion.times_vector(q, w)
     wheels = vehicle.wheels
     if wheels is None or motor is None or motion.wheel_speed is None:
@@ -101,3 +107,15 @@ def motion_rates(
     on_wheels = motor + friction(wheels, motion.wheel_speed)
     w_dot = vehicle.inverse_inertia @ (torque - on_wheels @ wheels.axes)
     return Motion(q_dot, w_dot, on_wheels / wheels.inertia - wheels.axes @ w_dot)
+
+
+def moved(
+    slope: Callable[[Motion, Any], Motion],
+    motion: Motion,
+    length: float | Float[Array, ""],
+    points: tuple[Any, Any, Any],
+) -> Motion:
+    """The motion a step of RK4 later [s], by its `slope` at what is met at begin, middle and end of the step."""
+    begin, middle, end = points
+    motion = runge_kutta_step(RK4, slope, motion, length, (begin, middle, middle, end))
+    return dataclasses.replace(motion, quaternion=quaternion.normalize(motion.quaternion))
