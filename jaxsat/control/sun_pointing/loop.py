@@ -58,8 +58,9 @@ class SunPointingWatch(AbstractWatch):
         return Tally(zero, zero, jnp.zeros(4), zero)
 
     def update(self, tally: Tally, sample: Sample, here: Instant) -> Tally:
-        told = sample.estimate.sun, sample.estimate.sun_known, sample.pulses
-        sun, known, pulses = (required(x, "SunPointingWatch", "a Sample", "a vehicle with thrusters") for x in told)
+        told = sample.estimate.sun, sample.estimate.sun_known
+        sun, known = (required(x, "SunPointingWatch", "an Estimate", "SunEstimator") for x in told)
+        pulses = required(sample.pulses, "SunPointingWatch", "Sample.pulses", "a vehicle with thrusters")
         guidance = sample.decision
         off = jnp.sum((sun - sample.readings["all"].sun_instrument) ** 2)
         counts = (jnp.arange(4) == guidance.mode) & (guidance.settled_at == jnp.inf)
