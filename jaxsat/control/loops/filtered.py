@@ -9,7 +9,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from jaxsat.control.loops.estimators import AbstractEstimator, Estimate, Now
-from jaxsat.estimation.attitude_filter import AttitudeBelief, AttitudeFilter, AttitudeReadings
+from jaxsat.estimation.attitude_filter import AttitudeBelief, AttitudeFilter
+from jaxsat.estimation.attitude_readings import AttitudeReadings
 from jaxsat.math import float_array
 from jaxsat.torques.abstract import required
 

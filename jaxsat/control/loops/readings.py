@@ -29,6 +29,8 @@ KINDS: Mapping[str, type[AbstractSensor]] = {
     "attitude": StarTracker,
 }
 """Sensors that a loop can have, by what it sees with them."""
+GROSS = 20.0
+"""Noise of an outlier over that of other readings."""
 LIT = 0.5
 """Visible share of the Sun from which on a Sun sensor tells its direction."""
 
@@ -91,6 +93,8 @@ class Channel(AbstractChannel):
     """What is taken off a reading."""
     delay: int = eqx.field(static=True, default=0)
     """Control periods by which a reading is late."""
+    outliers: Float[Array, ""] = eqx.field(converter=float_array, default=0.0)
+    """Probability that a reading has `GROSS` times the noise."""
 
     @property
     def size(self) -> int:
@@ -114,11 +118,11 @@ class Channel(AbstractChannel):
         normal: Float[Array, " _"] | None,
         uniform: Float[Array, " _"] | None,
     ) -> tuple[Late, Reading]:
-        raw, fresh = _disturbed(self, self.sensor(_view(motion, here)), normal), jnp.asarray(True)
-        if isinstance(self.sensor, SunVector):
-            fresh = here.illumination > LIT
-        if uniform is not None:
+        fresh = here.illumination > LIT if isinstance(self.sensor, SunVector) else jnp.asarray(True)
+        if uniform is not None and normal is not None:
             fresh = fresh & (uniform[0] >= self.dropout)
+            normal = normal * jnp.where(uniform[0] < self.dropout + self.outliers, GROSS, 1.0)
+        raw = _disturbed(self, self.sensor(_view(motion, here)), normal)
         raws = jnp.concatenate([raw[None], memory.raw[:-1]])
         freshes = jnp.concatenate([fresh[None], memory.fresh[:-1]])
         value = jnp.where(freshes[-1], _on_board(self, raws[-1]), memory.kept)
@@ -126,7 +130,13 @@ class Channel(AbstractChannel):
 
 
 def channel(
-    sensor: AbstractSensor, *, sigma: float = 0.0, quantum: float = 0.0, delay: int = 0, dropout: float = 0.0
+    sensor: AbstractSensor,
+    *,
+    sigma: float = 0.0,
+    quantum: float = 0.0,
+    delay: int = 0,
+    dropout: float = 0.0,
+    outliers: float = 0.0,
 ) -> Channel:
     """A channel whose sensor is as its calibration on board says, all SI.
 
@@ -136,7 +146,7 @@ def channel(
         raise ValueError("channel: a magnetometer that tells all three components, without stray fields, is needed")
     if not isinstance(sensor, tuple(KINDS.values())):
         raise ValueError(f"channel: no loop sees with {type(sensor).__name__}")
-    return Channel(sensor, sigma, quantum, dropout, *_calibration(sensor), delay)
+    return Channel(sensor, sigma, quantum, dropout, *_calibration(sensor), delay, outliers)
 
 
 def _calibration(sensor) -> tuple[np.ndarray, np.ndarray]:

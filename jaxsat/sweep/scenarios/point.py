@@ -59,6 +59,8 @@ OPTIONS = (
     Option("attitude_sigma_deg", "0.2", "1-sigma about each axis of the stand_in"),
     Option("field_sigma_deg", "1", "1-sigma of the field's direction as the filter takes it, calibration included"),
     Option("dropouts", "0", "probability that a reading does not come"),
+    Option("outliers", "0", "probability that a reading of field, Sun or attitude has twenty times the noise"),
+    Option("gate", "off", "probability of a right reading to be taken by the filter, as 0.9999; off: all are taken"),
     Option("step_s", "auto", "of the motion's integration; auto: 1e-6 rad at the end, a control period at most"),
 )
 ASSUMPTIONS = (
@@ -113,7 +115,10 @@ def _program(options: tuple[tuple[str, str], ...]):
     most_rate = math.radians(number("rate_deg_s", low=0.0, high=30.0))
     slew = math.radians(number("slew_deg_s", low=1e-3, high=30.0))
     orbits, period = number("orbits", low=0.01, high=200.0), number("period_s", low=0.05, high=60.0)
-    duty, dropouts = number("duty", low=0.05, high=1.0), number("dropouts", low=0.0, high=1.0)
+    duty, errs = number("duty", low=0.05, high=1.0), {}
+    for name, option in (("dropout", "dropouts"), ("outliers", "outliers")):
+        errs[name] = number(option, low=0.0, high=1.0)
+    gate = reader.number_or("gate", "off", low=0.5, high=1.0 - 1e-9)
     ascension, declination = (
         math.radians(number(f"{name}_deg", low=-360.0, high=360.0)) for name in ("right_ascension", "declination")
     )
@@ -131,9 +136,7 @@ def _program(options: tuple[tuple[str, str], ...]):
     if source == "auto":
         source = "star_tracker" if has_star_tracker(satellite) else "filter"
     seen = {"star_tracker": ("attitude",), "filter": ("sun",), "stand_in": ()}[source]
-    channels, names = channels_of(
-        satellite, () if perfect else ("field", "rate", *seen), period_s=period, dropout=dropouts
-    )
+    channels, names = channels_of(satellite, () if perfect else ("field", "rate", *seen), period_s=period, **errs)
     limit = reader.number_or("limit_deg", "auto", low=1e-3, high=180.0)
     if limit is None:
         limit = 15.0 if by == "torquers" else 5.0 if source == "filter" and not perfect else 2.0
@@ -141,12 +144,12 @@ def _program(options: tuple[tuple[str, str], ...]):
     estimator = Perfect() if perfect else AsRead()
     if not perfect and source == "stand_in":
         sigma = math.radians(number("attitude_sigma_deg", low=0.0, high=60.0))
-        channels["attitude"] = channel(StarTracker(), sigma=sigma, dropout=dropouts)
+        channels["attitude"] = channel(StarTracker(), sigma=sigma, **errs)
     elif not perfect and source == "filter":
         gyro = next(leaf for leaf in satellite.leaves if leaf.name.startswith(f"{names['rate']}.bias"))
         white = math.hypot(*(np.asarray(getattr(channels["rate"], key)) for key in ("sigma", "quantum")))
         estimator = Filtered(
-            AttitudeFilter(GyroErrors(max(white, 1e-7) * math.sqrt(period), 1e-7)),
+            AttitudeFilter(GyroErrors(max(white, 1e-7) * math.sqrt(period), 1e-7), gate=gate),
             field_sigma=math.radians(number("field_sigma_deg", low=1e-3, high=60.0)),
             sun_sigma=max(float(channels["sun"].sigma), 1e-5),
             bias_sigma=gyro.sigma or gyro.loose,
