@@ -145,8 +145,10 @@ def _moved(vehicle: Vehicle, state: LoopState, stage: Stage) -> LoopState:
         dipole = vehicle.torquers.dipole(left * state.dipoles)
     begin, middle, end = (jax.tree.map(lambda leaf, k=k: leaf[k], stage.points) for k in range(3))
 
-    def slope(motion, point):
+    def slope(motion, point, rising=None):
         motion = jax.lax.optimization_barrier(motion)
-        return jax.lax.optimization_barrier(motion_rates(vehicle, motion, point, dipole, state.motors, state.thrust))
+        return jax.lax.optimization_barrier(
+            motion_rates(vehicle, motion, point, dipole, state.motors, state.thrust, rising)
+        )
 
-    return dataclasses.replace(state, motion=moved(slope, state.motion, stage.length, (begin, middle, end)))
+    return dataclasses.replace(state, motion=moved(slope, state.motion, stage.length, (begin, middle, end), vehicle))

@@ -37,6 +37,7 @@ from jaxsat.simulate.lane_loop import WIDE
 from jaxsat.sweep.flights.flight import Flight
 from jaxsat.sweep.flights.inputs import start_inputs
 from jaxsat.sweep.flights.spread import Spread, drawn_model
+from jaxsat.sweep.flights.starts import first_lag
 from jaxsat.sweep.history import History
 from jaxsat.sweep.scenario import Metric, Scenario, case_keys, number_of
 
@@ -102,6 +103,8 @@ class LoopCases:
     @functools.cached_property
     def _draw(self):
         model = self.flight.satellite.model
+        rods = model.spacecraft.hysteresis_rods is not None
+        field = np.asarray(self.timeline().instants.b_field_eci[0]) if rods else None
 
         def draw(keys):
             q, w, spread, noise = jax.vmap(self._begin)(keys)
@@ -114,7 +117,8 @@ class LoopCases:
                 else one
                 for sight, one in self.channels.items()
             }
-            return Drawn(Motion(q, w, speed), own, channels, numbers, noise)
+            lag = None if field is None else first_lag(changed.spacecraft, model.spacecraft, q, field)
+            return Drawn(Motion(q, w, speed, lag), own, channels, numbers, noise)
 
         return jax.jit(draw)
 

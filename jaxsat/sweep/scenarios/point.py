@@ -67,6 +67,7 @@ ASSUMPTIONS = (
     "All cases begin at the same place of the orbit; attitudes are uniform, rates uniform in size and direction.",
     "Numbers of the satellite file with a sigma are normal about their values; the law knows the values alone.",
     "Without a star_tracker the attitude is that of a filter, which begins when Sun and field are first seen at once.",
+    "Rods with hysteresis are magnetised by the Earth's field alone, not by torquers.",
     "Wheels begin at rest and tell their speed without error; orbit, field and Sun are known on board.",
 )
 CHUNK = 200
@@ -130,7 +131,8 @@ def _program(options: tuple[tuple[str, str], ...]):
         frequency = {"wheels": 0.1, "torquers": flight.orbit_rate, "thrusters": 0.2}[by]
     step = reader.number_or("step_s", "auto", low=1e-3, high=60.0)
     if step is None:
-        step = min(period, step_within(TOLERANCE_RAD, max(most_rate, slew), duration))
+        rods = satellite.model.spacecraft.hysteresis_rods is not None
+        step = min(period, step_within(TOLERANCE_RAD, max(most_rate, slew), duration, rods=rods))
     perfect = reader.word("sensors", ("file", "perfect")) == "perfect"
     source = reader.word("attitude", ("auto", "star_tracker", "filter", "stand_in"))
     if source == "auto":
