@@ -35,7 +35,7 @@ def main() -> None:
     from jaxsat.control.sun_pointing.cases import run_cases
     from jaxsat.control.sun_pointing.draw import Dispersions, draw_cases
     from jaxsat.control.sun_pointing.law import SunPointingLaw
-    from jaxsat.control.sun_pointing.loop import LoopSettings
+    from jaxsat.control.sun_pointing.sensing import LoopSettings
     from jaxsat.control.sun_pointing.sensitivity import impulse, scaled, sensitivities, settling_time
     from jaxsat.sweep import case_keys
 

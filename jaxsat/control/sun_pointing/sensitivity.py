@@ -20,9 +20,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Key
 
+from jaxsat.control.loops import LoopState
 from jaxsat.control.sun_pointing.cases import Cases, run_cases
 from jaxsat.control.sun_pointing.law import SunPointingLaw
-from jaxsat.control.sun_pointing.loop import LoopSettings, LoopState
+from jaxsat.control.sun_pointing.sensing import LoopSettings
 from jaxsat.math import angle_between, quaternion
 
 LAW_PARAMETERS = ("attitude_gain", "rate_gain", "slew_rate", "search_rate", "rate_dead_band", "damped_rate")
@@ -128,12 +129,12 @@ def _values(settings, law, cases, sun_eci, periods, names, metrics, log_factor):
 
 def settling_time(state: LoopState) -> Float[Array, " cases"]:
     """Until the Sun had been held for the hold time [s]; inf where it never was."""
-    return state.guidance.settled_at
+    return state.controller.settled_at
 
 
 def impulse(state: LoopState) -> Float[Array, " cases"]:
     """Spent by all thrusters [N s]."""
-    return state.impulse
+    return state.tally.impulse
 
 
 def final_error(law: SunPointingLaw, cases: Cases, sun_eci: Float[Array, "3"]) -> Metric:
@@ -144,4 +145,4 @@ def final_error(law: SunPointingLaw, cases: Cases, sun_eci: Float[Array, "3"]) -
     def error(q, body_from_instrument):
         return angle_between(target, body_from_instrument.T @ quaternion.rotate_inverse(q, sun_eci))
 
-    return lambda state: jax.vmap(error)(state.quaternion, mounting)
+    return lambda state: jax.vmap(error)(state.motion.quaternion, mounting)

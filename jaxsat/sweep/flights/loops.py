@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Key
 
 from jaxsat.control import closed_loop
-from jaxsat.control.actuators import Magnetorquers, ReactionWheels
+from jaxsat.control.actuators import Magnetorquers, ReactionWheels, Thrusters
 from jaxsat.control.loops import (
     AbstractController,
     AbstractEstimator,
@@ -37,6 +37,7 @@ from jaxsat.simulate.lane_loop import WIDE
 from jaxsat.sweep.flights.flight import Flight
 from jaxsat.sweep.flights.inputs import start_inputs
 from jaxsat.sweep.flights.spread import Spread, drawn_model
+from jaxsat.sweep.flights.starts import first_lag
 from jaxsat.sweep.history import History
 from jaxsat.sweep.scenario import Metric, Scenario, case_keys, number_of
 
@@ -75,13 +76,14 @@ class LoopCases:
     timeline: Callable[[], Timeline]
     """Tabulated when it is first asked for."""
     noisy: bool = True
+    thrusters: Thrusters | None = None
 
     @functools.cached_property
     def nominal(self) -> Vehicle:
         """The vehicle of the file's own numbers."""
         # Kept for chunks of any size, so it must not belong to the trace that asks for it first.
         with jax.ensure_compile_time_eval():
-            return vehicle(self.flight.satellite.model.spacecraft, self.torquers, self.wheels)
+            return vehicle(self.flight.satellite.model.spacecraft, self.torquers, self.wheels, self.thrusters)
 
     @property
     def periods(self) -> int:
@@ -103,6 +105,8 @@ class LoopCases:
     @functools.cached_property
     def _draw(self):
         model = self.flight.satellite.model
+        rods = model.spacecraft.hysteresis_rods is not None
+        field = np.asarray(self.timeline().instants.b_field_eci[0]) if rods else None
 
         def draw(keys):
             q, w, spread, noise = jax.vmap(self._begin)(keys)
@@ -115,7 +119,8 @@ class LoopCases:
                 else one
                 for sight, one in self.channels.items()
             }
-            return Drawn(Motion(q, w, speed), own, channels, numbers, noise)
+            lag = None if field is None else first_lag(changed.spacecraft, model.spacecraft, q, field)
+            return Drawn(Motion(q, w, speed, lag), own, channels, numbers, noise)
 
         return jax.jit(draw)
 
@@ -130,7 +135,7 @@ class LoopCases:
         inverse = nominal.inverse_inertia
         if craft.inertia.ndim == 3:
             inverse = jax.vmap(lambda inertia: inverse_without_wheels(inertia, self.wheels))(craft.inertia)
-        return Vehicle(craft, inverse, nominal.torquers, nominal.wheels)
+        return dataclasses.replace(nominal, spacecraft=craft, inverse_inertia=inverse)
 
     def _plant(self, around: Timeline) -> Plant:
         return Plant(self.nominal, self.channels, around)

@@ -54,6 +54,7 @@ ASSUMPTIONS = (
     "All cases begin at the same place of the orbit; attitudes are uniform, rates uniform in size and direction.",
     "Numbers of the satellite file with a sigma are normal about their values; the law knows the values alone.",
     "Torquers reach their dipoles at once; while they are on the magnetometer is not read.",
+    "Rods with hysteresis are magnetised by the Earth's field alone, not by torquers.",
     "Orbit and field are those of the models, IGRF and the file's elements, on board as well.",
 )
 
@@ -106,7 +107,8 @@ def _program(options: tuple[tuple[str, str], ...]):
         most = float(np.linalg.eigvalsh(np.asarray(satellite.model.spacecraft.inertia)).max())
         damping = most * max(tipoff, limit) / (duty * float(np.min(torquers.max_dipole)) * WEAK_FIELD_T)
         lasting = damping / 6.0 + 1.5 * most / (5.0 * duty * max(gain, 1e-30))
-        step = step_within(TOLERANCE_RAD, max(tipoff, limit), min(lasting, duration))
+        rods = satellite.model.spacecraft.hysteresis_rods is not None
+        step = step_within(TOLERANCE_RAD, max(tipoff, limit), min(lasting, duration), rods=rods)
     schedule = Schedule(period, step, duty)
     around = functools.cache(
         lambda: timeline(

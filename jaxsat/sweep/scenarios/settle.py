@@ -58,7 +58,6 @@ class Drawn:
     """`jaxsat.control.loops.Motion` over the cases."""
     numbers: Any
     spacecraft: Any
-    lag: Any
 
 
 @dataclass(frozen=True)
@@ -97,8 +96,7 @@ def _program(options: tuple[tuple[str, str], ...]) -> _Program:
     from jaxsat.simulate import simulate_many
     from jaxsat.sweep.flights.flight import flight_of
     from jaxsat.sweep.flights.spread import drawn_model, spread_of
-    from jaxsat.sweep.flights.starts import attitude_and_rate
-    from jaxsat.torques import lag_from_induction
+    from jaxsat.sweep.flights.starts import attitude_and_rate, first_lag
 
     reader = Reader(dict(options))
     number = reader.number
@@ -116,7 +114,7 @@ def _program(options: tuple[tuple[str, str], ...]) -> _Program:
         raise InputError("has no [magnet], which is to settle along the field", file=satellite.path)
     spread = spread_of(satellite, (), flight.spread)
     times = every * np.arange(math.ceil(duration / every) + 1)
-    around = flight.surroundings(float(times[-1]), field_rate=True)
+    around = flight.surroundings(float(times[-1]))
     if not flight.pressed:
         around = dataclasses.replace(around, sun=None)
     field_0 = np.asarray(eqx.filter_jit(around)(jnp.zeros(1)).b_field_eci)[0]
@@ -132,17 +130,13 @@ def _program(options: tuple[tuple[str, str], ...]) -> _Program:
         made = dataclasses.replace(model.spacecraft, parts=own_parts(model.spacecraft.parts))
         nominal = dataclasses.replace(craft, parts=own_parts(craft.parts))
         made = jax.tree.map(lambda leaf, like: jnp.broadcast_to(leaf, (len(keys), *jnp.shape(like))), made, nominal)
-
-        def lag(rods, q):
-            return lag_from_induction(rods, rods.induction, quaternion.rotate_inverse(q, jnp.asarray(field_0)))
-
-        return Motion(q, w), numbers, made, jax.vmap(lag)(made.hysteresis_rods, q)
+        return Motion(q, w, None, first_lag(made, nominal, q, field_0)), numbers, made
 
     def draw(keys):
         return Drawn(*begin(keys))
 
     def move(drawn):
-        state = AttitudeState(drawn.motion.quaternion, drawn.motion.angular_velocity, drawn.lag)
+        state = AttitudeState(drawn.motion.quaternion, drawn.motion.angular_velocity, drawn.motion.rod_lag)
         # Which motions are chaotic stands in the metric error_rad.
         return simulate_many(drawn.spacecraft, state, around, times, tolerance=tolerance, warn=False)
 
@@ -191,7 +185,7 @@ def _drawn(drawn: Drawn) -> Drawn:
     """On the host, without what inputs do not read."""
     import jax
 
-    return Drawn(jax.device_get(drawn.motion), np.asarray(drawn.numbers), None, None)
+    return Drawn(jax.device_get(drawn.motion), np.asarray(drawn.numbers), None)
 
 
 def outcome(

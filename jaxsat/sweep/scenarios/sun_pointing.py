@@ -81,16 +81,16 @@ HELD_DEG = 3.0
 
 @functools.lru_cache(maxsize=4)
 def _program(options: tuple[tuple[str, str], ...]):
-    """What the options say: settings, and compiled `draw(keys)`, `run(cases)` and the history `one(cases)`, of one."""
+    """What the options say: settings, compiled `draw(keys)`, `run(cases)`, and `one(cases)`: samples, errors."""
     import jax
     import jax.numpy as jnp
 
     from jaxsat.control.sun_pointing.cases import run_cases, run_one
     from jaxsat.control.sun_pointing.draw import Dispersions, draw_cases
     from jaxsat.control.sun_pointing.law import SunPointingLaw
-    from jaxsat.control.sun_pointing.loop import Estimator, LoopSettings
+    from jaxsat.control.sun_pointing.sensing import Estimator, LoopSettings
     from jaxsat.control.sun_pointing.vehicle import nominal_vehicle
-    from jaxsat.math import float_array
+    from jaxsat.math import angle_between, float_array
 
     reader = Reader(dict(options))
     number = reader.number
@@ -136,7 +136,13 @@ def _program(options: tuple[tuple[str, str], ...]):
     run = jax.jit(
         lambda cases: _metrics(law, run_cases(settings, law, cases, sun_eci, periods), cases, sun_eci, exhaust)
     )
-    one = jax.jit(lambda cases: run_one(settings, law, cases, sun_eci, periods)[1])
+
+    @jax.jit
+    def one(cases):
+        samples = run_one(settings, law, cases, sun_eci, periods)[1]
+        error = jax.vmap(lambda sun: angle_between(law.target(), sun))(samples.readings["all"].sun_instrument)
+        return samples, error
+
     return settings, draw, run, one
 
 
@@ -152,21 +158,22 @@ def _metrics(law, state, cases, sun_eci, exhaust):
     def error(q, mounting):
         return angle_between(law.target(), mounting.T @ quaternion.rotate_inverse(q, sun_eci))
 
-    off = jnp.degrees(jax.vmap(error)(state.quaternion, mounting))
-    settled = jnp.isfinite(state.guidance.settled_at)
-    sound = jnp.isfinite(off) & jnp.all(jnp.isfinite(state.angular_velocity), axis=1)
+    motion, tally, settled_at = state.motion, state.tally, state.controller.settled_at
+    off = jnp.degrees(jax.vmap(error)(motion.quaternion, mounting))
+    settled = jnp.isfinite(settled_at)
+    sound = jnp.isfinite(off) & jnp.all(jnp.isfinite(motion.angular_velocity), axis=1)
     status = jnp.where(settled, jnp.where(off < HELD_DEG, 0, 2), 1)
     found = {
-        "settling_time_s": jnp.where(settled, state.guidance.settled_at, jnp.nan),
-        "damping_time_s": state.mode_time[:, DAMPING],
-        "search_time_s": state.mode_time[:, SEARCH],
-        "slew_time_s": state.mode_time[:, SLEW],
+        "settling_time_s": jnp.where(settled, settled_at, jnp.nan),
+        "damping_time_s": tally.mode_time[:, DAMPING],
+        "search_time_s": tally.mode_time[:, SEARCH],
+        "slew_time_s": tally.mode_time[:, SLEW],
         "final_error_deg": off,
-        "final_rate_deg_s": jnp.degrees(safe_norm(state.angular_velocity)),
-        "impulse_N_s": state.impulse,
-        "propellant_g": 1e3 * state.impulse / exhaust,
-        "firings": state.pulses,
-        "worst_estimate_deg": jnp.degrees(2.0 * jnp.arcsin(jnp.minimum(0.5 * jnp.sqrt(state.worst_estimate), 1.0))),
+        "final_rate_deg_s": jnp.degrees(safe_norm(motion.angular_velocity)),
+        "impulse_N_s": tally.impulse,
+        "propellant_g": 1e3 * tally.impulse / exhaust,
+        "firings": tally.pulses,
+        "worst_estimate_deg": jnp.degrees(2.0 * jnp.arcsin(jnp.minimum(0.5 * jnp.sqrt(tally.worst_estimate), 1.0))),
     }
     found = {name: jnp.where(sound, value, jnp.nan) for name, value in found.items()}
     return {"status": jnp.where(sound, status, 3), **found}
@@ -253,28 +260,29 @@ def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> Hist
     import jax
 
     settings, draw, _, one = _program(program)
-    samples = jax.device_get(one(draw(case_keys(seed, np.array([case])))))
-    sun, estimate = samples.sun_instrument, np.where(samples.known[:, None], samples.estimate, np.nan)
-    rates = np.degrees(samples.angular_velocity)
+    samples, error = jax.device_get(one(draw(case_keys(seed, np.array([case])))))
+    sun, found = samples.readings["all"].sun_instrument, samples.estimate
+    estimate = np.where(found.sun_known[:, None], found.sun, np.nan)
+    rates, mode, spent = np.degrees(samples.motion.angular_velocity), samples.decision.mode, samples.pulses.impulse
     (true_angle, true_azimuth), (angle, azimuth) = _angles(sun), _angles(estimate)
     columns = {
         **{f"sun_{c}": sun[:, k] for k, c in enumerate("xyz")},
         **{f"estimate_{c}": estimate[:, k] for k, c in enumerate("xyz")},
         "view_angle_deg": true_angle,
         "estimated_view_angle_deg": angle,
-        "faces_lit": samples.lit,
-        "mode": samples.mode,
+        "faces_lit": samples.readings["all"].lit,
+        "mode": mode,
         **{f"rate_{c}_deg_s": rates[:, k] for k, c in enumerate("xyz")},
-        "error_deg": np.degrees(samples.error),
-        "impulse_N_s": np.cumsum(samples.impulse),
+        "error_deg": np.degrees(error),
+        "impulse_N_s": np.cumsum(spent),
     }
     charts = {
         "Sun from the sensor's axis, deg": {"true": true_angle, "estimated": angle},
         "azimuth of the Sun about the axis, deg": {"true": true_azimuth, "estimated": azimuth},
         "Sun in instrument axes": dict(zip("xyz", sun.T, strict=True)),
         "angular rate, deg/s": dict(zip("xyz", rates.T, strict=True)),
-        "mode: 0 damping, 1 search, 2 slew, 3 hold": {"": samples.mode},
-        "impulse spent, N s": {"": np.cumsum(samples.impulse)},
+        "mode: 0 damping, 1 search, 2 slew, 3 hold": {"": mode},
+        "impulse spent, N s": {"": np.cumsum(spent)},
     }
     remark = f"{settings.estimator} estimator; seen every {settings.period_s:g} s"
     return History(settings.period_s * np.arange(len(sun)), columns, charts, remark)

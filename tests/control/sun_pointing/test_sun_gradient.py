@@ -7,7 +7,7 @@ import pytest
 
 from jaxsat.control.sun_pointing.cases import Cases
 from jaxsat.control.sun_pointing.law import SunPointingLaw
-from jaxsat.control.sun_pointing.loop import LoopSettings
+from jaxsat.control.sun_pointing.sensing import LoopSettings
 from jaxsat.control.sun_pointing.sensitivity import _values, final_error, impulse, scaled, sensitivities, settling_time
 from jaxsat.control.sun_pointing.vehicle import nominal_vehicle
 
