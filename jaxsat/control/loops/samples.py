@@ -19,6 +19,8 @@ class Sample(eqx.Module):
     """[A m^2]"""
     motors: Float[Array, " wheels"] | None
     """[N m]"""
+    max_dipoles: Float[Array, " torquers"] | None = None
+    """Of each torquer [A m^2]."""
 
     @property
     def dipole_sizes(self) -> Float[Array, " torquers"]:
