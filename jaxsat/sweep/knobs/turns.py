@@ -29,6 +29,8 @@ class Turn:
     """Whether only what differs from the nominal leaf is multiplied: the size of an error that is drawn."""
     to_si: float = 1.0
     """From the knob's unit to that of the leaves; counts for sums alone."""
+    entry: int | None = None
+    """The only number of vectors that is moved; None: all of them."""
 
 
 def turned(tree: Tree, like: Any, turns: Sequence[Turn], moved: Float[Array, "cases knobs"]) -> Tree:
@@ -41,12 +43,15 @@ def turned(tree: Tree, like: Any, turns: Sequence[Turn], moved: Float[Array, "ca
         change = jnp.exp(move) if shift is None else move * (shift * turn.to_si)
         for where in turn.where:
             nominal = jnp.asarray(where(like))
+            own = 1.0 if turn.entry is None else np.eye(nominal.size)[turn.entry][None]
             if shift is not None:
-                tree = _changed(tree, where, nominal, lambda leaf, by: leaf + by, change)
+                tree = _changed(tree, where, nominal, lambda leaf, by, own=own: leaf + own * by, change)
             elif turn.about:
-                tree = _changed(tree, where, nominal, lambda leaf, by, mid=nominal: mid + by * (leaf - mid), change)
+                tree = _changed(
+                    tree, where, nominal, lambda leaf, by, mid=nominal[None]: mid + by * (leaf - mid), change
+                )
             else:
-                tree = _changed(tree, where, nominal, lambda leaf, by: leaf * by, change)
+                tree = _changed(tree, where, nominal, lambda leaf, by, own=own: leaf * (1.0 + own * (by - 1.0)), change)
         for where in turn.inverse:
             tree = _changed(tree, where, jnp.asarray(where(like)), lambda leaf, by: leaf / by, change)
     return tree
