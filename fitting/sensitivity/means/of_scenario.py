@@ -117,9 +117,7 @@ def slopes_of_means(
         found[name] = MetricSlopes(metric, mean, error, without, horizon, slopes, own)
     picked = tuple(scenario.knobs[place] for place in chosen)
     ended = _by_status(scenario, plain["status"])
-    return ScenarioSlopes(
-        scenario, picked, found, cases, seed, width, together, ended, time.perf_counter() - began
-    )
+    return ScenarioSlopes(scenario, picked, found, cases, seed, width, together, ended, time.perf_counter() - began)
 
 
 def _reading(scenario: Scenario, name: str):

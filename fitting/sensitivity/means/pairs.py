@@ -47,7 +47,13 @@ class MeanSlopes:
 
 
 def pushes(
-    cases: int, knobs: Sequence[int], total: int, *, width: float | Sequence[float] | np.ndarray, seed: int, together: bool
+    cases: int,
+    knobs: Sequence[int],
+    total: int,
+    *,
+    width: float | Sequence[float] | np.ndarray,
+    seed: int,
+    together: bool,
 ) -> list[np.ndarray]:
     """Moves [cases total] of one side of each pair of runs, of which the chosen `knobs` are moved by the `width`.
 
@@ -77,9 +83,7 @@ def slopes_of_pairs(
 ) -> MeanSlopes:
     """Slopes by `knobs` from the metric [cases] on both sides of each of the `pushes`."""
     columns = [list(knobs)] if len(moves) == 1 else [[knob] for knob in knobs]
-    parts = [
-        _regressed(push[:, own], up, down) for push, up, down, own in zip(moves, high, low, columns, strict=True)
-    ]
+    parts = [_regressed(push[:, own], up, down) for push, up, down, own in zip(moves, high, low, columns, strict=True)]
     slopes, sigma, left_out, influence = (
         np.concatenate(each, axis=-1) for each in zip(*[part[:4] for part in parts], strict=True)
     )
@@ -98,7 +102,7 @@ def mean_and_error(values: np.ndarray) -> tuple[float, float]:
 
 
 def _regressed(push, high, low):
-    """Slopes, errors, pairs left out [own knobs], influence [cases own knobs] and middles [cases] of one pair of runs."""
+    """Slopes, errors, pairs left out [knobs], influence [cases knobs] and middles [cases] of one pair of runs."""
     known = np.isfinite(high) & np.isfinite(low)
     count, own = int(known.sum()), push.shape[1]
     influence, middle = np.full(push.shape, np.nan), np.where(known, 0.5 * (high + low), np.nan)

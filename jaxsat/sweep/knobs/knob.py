@@ -28,10 +28,10 @@ class Knob:
 
     @property
     def per(self) -> tuple[float, str]:
-        """The move that a table tells the effect of, and its name: +1 %, or one unit."""
+        """The move that a table tells the effect of, and its name: +1 %, one unit, or of a pure number a hundredth."""
         if self.shift is None:
             return 0.01, "+1 %"
-        return 1.0 / self.shift, f"+1 {self.unit}" if self.unit != "1" else "+1"
+        return (0.01 / self.shift, "+0.01") if self.unit == "1" else (1.0 / self.shift, f"+1 {self.unit}")
 
 
 def check_knobs(knobs: Sequence[Knob]) -> None:

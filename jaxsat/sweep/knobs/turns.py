@@ -33,7 +33,7 @@ class Turn:
     """The only number of vectors that is moved; None: all of them."""
 
 
-def turned(tree: Tree, like: Any, turns: Sequence[Turn], moved: Float[Array, "cases knobs"]) -> Tree:
+def turned(tree: Tree, like: Any, turns: Sequence[Turn], moved: Float[Array | np.ndarray, "cases knobs"]) -> Tree:
     """A tree whose leaves have the cases in front or are common to all, with the knobs of each case moved.
 
     `like` is the tree of one case with its nominal numbers; column k of `moved` is that of turn k. Differentiable.

@@ -52,15 +52,15 @@ SAMPLES = 96
 
 @dataclass(frozen=True)
 class Motion:
-    """The motion of cases at the samples."""
+    """The motion of cases at the samples, in arrays of NumPy or JAX."""
 
     t_s: np.ndarray
     """[samples], 0 is the first."""
-    quaternion: np.ndarray
+    quaternion: Any
     """Attitude [cases samples 4], scalar first, turns body axes into inertial ones."""
-    rate: np.ndarray
+    rate: Any
     """Against the orbital frame, body axes [rad/s], [cases samples 3]."""
-    tilt: np.ndarray
+    tilt: Any
     """Of body z from the vertical [rad], [cases samples]."""
 
 
@@ -210,7 +210,6 @@ def _motion(rate: float, orbits: float, moments: tuple[float, ...], radius: floa
     normal = np.cross(position[0], velocity[0]) / np.linalg.norm(np.cross(position[0], velocity[0]))
     inertial_from_orbit = np.stack([np.cross(normal, up[0]), normal, up[0]], axis=1)
     craft = Spacecraft(jnp.asarray(np.diag(moments)))
-    diagonal = np.eye(3)
 
     def carried(q):
         """Rate of the orbital frame in body axes."""
@@ -236,7 +235,7 @@ def _motion(rate: float, orbits: float, moments: tuple[float, ...], radius: floa
         if own is None:
             motion = jax.vmap(one)(states)
         else:
-            motion = jax.vmap(lambda state, each: one(state, Spacecraft(each * diagonal)))(states, own)
+            motion = jax.vmap(lambda state, each: one(state, Spacecraft(jnp.diag(each))))(states, own)
         return motion.quaternion, motion.angular_velocity
 
     @jax.jit

@@ -251,7 +251,7 @@ def _turns(law, estimator):
         ),
     ]
     if law.wheels is not None:
-        wheels, known = law.wheels, 100.0 * float(law.friction_known)
+        wheels, known = law.wheels, float(law.friction_known)
         dry, wet, most = (float(np.max(x)) for x in (wheels.coulomb, wheels.viscous, wheels.max_torque))
         found += [
             Turn(
@@ -259,9 +259,8 @@ def _turns(law, estimator):
                 (lambda f: f.controller.dumping,),
             ),
             Turn(
-                Knob("friction_known", "%", "share of the wheels' friction that their motors make good", known, 100.0),
+                Knob("friction_known", "1", "share of the wheels' friction that their motors make good", known, 1.0),
                 (lambda f: f.controller.friction_known,),
-                to_si=0.01,
             ),
             Turn(Knob("dry_friction", "N m", "of each wheel", dry), both("coulomb")),
             Turn(Knob("viscous_friction", "N m s", "of each wheel, over its speed", wet), both("viscous")),
