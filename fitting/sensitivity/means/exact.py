@@ -14,6 +14,7 @@ import numpy as np
 from fitting.sensitivity.means.pairs import MeanSlopes, mean_and_error
 from fitting.sensitivity.means.runs import in_chunks
 from jaxsat.errors import InputError
+from jaxsat.sweep.own_code import CodeError
 from jaxsat.sweep.scenario import Scenario
 
 
@@ -90,7 +91,10 @@ def exact_slopes(
             direction[:, knob] = 1.0
             try:
                 values, slopes = jax.jvp(metrics, (jnp.asarray(own),), (jnp.asarray(direction),))
-            except jax.errors.TracerArrayConversionError:
+            except (jax.errors.JAXTypeError, CodeError) as error:
+                cause = error.__cause__ if isinstance(error, CodeError) else error
+                if not isinstance(cause, jax.errors.JAXTypeError):
+                    raise
                 reason = "has no exact derivatives: its cases are not run in JAX throughout"
                 raise InputError(f"scenario {scenario.name} {reason}") from None
             host = {name: np.asarray(each) for name, each in slopes.items()}

@@ -135,10 +135,12 @@ def test_moved_by_nothing_cases_stay_and_means_of_derivatives_are_those_of_diffe
         one = found.metrics[name]
         assert one.mean == pytest.approx(np.asarray(still[name]).mean(), rel=1e-12)
         for k, knob in enumerate(("moment_x", "rate")):
-            step = 1e-4 * np.eye(len(names))[names.index(knob)]
+            step = 1e-5 * np.eye(len(names))[names.index(knob)]
             up, down = (np.asarray(scenario.run_moved(1, cases, np.tile(s * step, (64, 1)))[name]) for s in (1, -1))
-            # The square of the step, and the digits that a difference of it loses.
-            assert one.exact.slopes[k] == pytest.approx(np.mean(up - down) / 2e-4, rel=1e-6)
+            # In a step another of the samples may become the one of the largest tilt.
+            rel = 1e-6 if name == "final_rate_deg_s" else 1e-3
+            size = np.abs(up - down).mean() / 2e-5
+            assert one.exact.slopes[k] == pytest.approx(np.mean(up - down) / 2e-5, abs=rel * size)
             assert abs(one.exact.apart[k]) < 4.0 * one.exact.apart_sigma[k]
             assert one.exact.slopes[k] == pytest.approx(one.slopes.slopes[k], abs=4.0 * one.slopes.sigma[k])
     np.testing.assert_allclose(np.asarray(still["largest_tilt_deg"]), run_cases(scenario, 1, cases)["largest_tilt_deg"])
