@@ -53,7 +53,7 @@ def main() -> None:
     log_factor, history = np.zeros(len(NAMES)), []
     best = (np.inf, log_factor)
     for number in track(range(arguments.steps), "steps"):
-        at = dict(zip(NAMES, log_factor.tolist(), strict=True))
+        at: dict[str, float] = dict(zip(NAMES, log_factor.tolist(), strict=True))
         found = slopes_of_means(scenario, NAMES, METRICS, cases=arguments.cases, at=at).metrics
         time_s, impulse = (found[name].slopes for name in METRICS)
         slope, goal = time_s.slopes + PRICE * impulse.slopes, time_s.mean + PRICE * impulse.mean

@@ -7,7 +7,7 @@ import numpy as np
 
 from jaxsat.plotting.style import dress, head, new_figure, png_bytes
 
-COLOURS = {"exact": "#c0392b", "wide": "#2e8b3d"}
+COLOURS = {"exact": "#c0392b", "normal": "#2e8b3d"}
 EDGE = 12.0
 """Errors beyond which a mark stands at the edge."""
 
@@ -28,7 +28,7 @@ def picture(loops: dict[str, Any], path: Path) -> None:
         axes.axvspan(-3.0, 3.0, color="#eceef2", linewidth=0, zorder=0)
         for place, (_, one) in enumerate(rows):
             middle, size = one["smoothed"]
-            for way, shift in (("exact", -0.2), ("wide", 0.2)):
+            for way, shift in (("exact", -0.2), ("normal", 0.2)):
                 value, error = ((x - y) / size for x, y in zip(one[way], (middle, 0.0), strict=True))
                 at = float(np.clip(value, -EDGE, EDGE))
                 axes.plot([at - error, at + error], [place + shift] * 2, color=COLOURS[way], linewidth=1.0)
@@ -36,7 +36,7 @@ def picture(loops: dict[str, Any], path: Path) -> None:
         axes.set_yticks(range(len(rows)), [label for label, _ in rows], fontsize=5.5)
         axes.set_ylim(len(rows) - 0.4, -0.6)
         axes.set_xlim(-13.0, 13.0)
-    for way, x in (("exact", 0.60), ("wide", 0.75)):
-        label = {"exact": "exact derivatives", "wide": "differences as wide as the spread"}[way]
+    for way, x in (("exact", 0.60), ("normal", 0.75)):
+        label = {"exact": "exact derivatives", "normal": "with normal moves"}[way]
         figure.text(x, 0.965, f"● {label}", fontsize=7.5, color=COLOURS[way])
     path.write_bytes(png_bytes(figure))

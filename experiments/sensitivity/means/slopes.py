@@ -6,12 +6,12 @@ Three sets of closed loops, each with one knob or two:
 - the same with the sensors of its file: the magnetometer has digits, the filter takes or leaves readings;
 - Sun pointing, whose modes and pulses switch (`jaxsat.sweep.scenarios.sun_pointing`).
 
-Of each metric the slope of its mean over cases and a small spread of the knob (`fitting.sensitivity.means`), the mean
-of the exact derivatives of its cases, the mean of their central differences with a step of 1e-5 from the same random
-numbers, and with a step as wide as the spread, each with its sampling error. Where cases are smooth all four agree, the
-second and the third to 1e-6; where they jump the second says nothing of the jumps, the third is of any size, and the
-first and the last agree. Then how knobs are best moved, each alone or all at once, at an equal number of runs. Prints
-tables, writes JSON and a picture.
+Of each metric the slope of its mean with the knob moved by 5 % to both sides (`fitting.sensitivity.means`), the same
+with moves that are normal, the mean of the exact derivatives of the cases, and the mean of their central differences
+with a step of 1e-5, all from the same random numbers and each with its sampling error. Where cases are smooth all
+agree, the last two to 1e-6; where they jump exact derivatives say nothing of the jumps, differences of a small step are
+of any size, and the first two agree. Then how knobs are best moved, each alone or all at once, at an equal number of
+runs. Prints tables, writes JSON and a picture.
 
     .venv/bin/python -m experiments.sensitivity.means.slopes --cases 200 --out sensitivity
 """
@@ -63,7 +63,11 @@ def four_ways(scenario: Scenario, knobs: tuple[str, ...], cases: int) -> dict[st
     """Slopes and errors of every metric by every knob, by the name of the way."""
     begin = time.perf_counter()
     means = slopes_of_means(scenario, knobs, tuple(scenario.metrics), cases=cases, exact=True)
-    small, wide = (differences(scenario, knobs, cases, step) for step in (STEP, WIDTH))
+    small = differences(scenario, knobs, cases, STEP)
+    spread = {
+        knob: slopes_of_means(scenario, (knob,), tuple(scenario.metrics), cases=cases, together=True).metrics
+        for knob in knobs
+    }
     found: dict[str, Any] = {"seconds": time.perf_counter() - begin, "ended": means.ended, "metrics": {}}
     for name, one in means.metrics.items():
         exact = one.exact
@@ -75,11 +79,15 @@ def four_ways(scenario: Scenario, knobs: tuple[str, ...], cases: int) -> dict[st
                 "exact": (float(exact.slopes[k]), float(exact.sigma[k])),
                 "apart": (float(exact.apart[k]), float(exact.apart_sigma[k])),
                 "difference": small[name][knob],
-                "wide": wide[name][knob],
+                "normal": tuple(float(each[0]) for each in _first(spread[knob][name])),
             }
             for k, knob in enumerate(knobs)
         }
     return found
+
+
+def _first(one):
+    return one.slopes.slopes, one.slopes.sigma
 
 
 def alone_or_at_once(scenario: Scenario, knobs: tuple[str, ...], cases: int) -> dict[str, dict[str, list[float]]]:
@@ -105,11 +113,11 @@ def main() -> None:
         scenario = make(options)
         own = found["loops"][title] = four_ways(scenario, knobs, asked.cases)
         print(f"\n{title}: {own['ended']}, {own['seconds']:.0f} s\n{'':42s}", end="")
-        print("".join(f"{way:>22s}" for way in ("smoothed", "exact", "difference 1e-5", "difference 0.05")))
+        print("".join(f"{way:>22s}" for way in ("moved by 5 %", "normal moves", "exact", "difference 1e-5")))
         for name, by in own["metrics"].items():
             for knob, one in by.items():
                 texts = (
-                    f"{one[way][0]:.4g} ± {one[way][1]:.2g}" for way in ("smoothed", "exact", "difference", "wide")
+                    f"{one[way][0]:.4g} ± {one[way][1]:.2g}" for way in ("smoothed", "normal", "exact", "difference")
                 )
                 print(f"{name + ' by ' + knob:42s}", "".join(f"{text:>22s}" for text in texts))
     for title, knobs in MANY.items():

@@ -68,9 +68,9 @@ def slopes_of_means(
     """Mean and slopes of each metric of a scenario, and of `success`, by each knob; all of them where none is named.
 
     Cases are those of a sweep of the same seed. The `width` is that of a knob's move, so relative of one that is moved
-    by factors. Knobs are moved each alone, or all of them `together`: see `fitting.sensitivity.means.pairs`. Slopes are
-    taken `at` moves of knobs by their names, none by default. With `exact` the mean of each case's own derivative
-    stands beside: right where no case jumps, and no guide where one does.
+    by factors. Knobs are moved each alone, to both sides by the width, or all of them `together` by normal numbers: see
+    `fitting.sensitivity.means.pairs`. Slopes are taken `at` moves of knobs by their names, none by default. With
+    `exact` the mean of each case's own derivative stands beside: right where no case jumps, no guide where one does.
 
     A case that has no value of an endless metric, as a settling time, counts as the scenario's simulated time: that is
     the restricted mean (Royston & Parmar 2013), which every case has. Of any other metric a pair of runs is left out

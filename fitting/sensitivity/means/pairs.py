@@ -1,19 +1,28 @@
 """Slopes of the mean of a metric, whatever a single case does: differentiable, a staircase, or chaotic.
 
 A loop that switches modes has metrics that are stairs in any gain, and a derivative along its path says nothing of the
-steps; from a tumble the derivative is exact and grows without bound. The mean over cases *and* over a small normal
-spread of the knobs is smooth, and its derivative needs none of a case (Gaussian smoothing: Rechenberg 1973; Nesterov &
-Spokoiny 2017, eq. 21): with moves x of the knobs, spread by s u, u normal,
+steps; from a tumble the derivative is exact and grows without bound. The mean over cases *and* over a small spread of
+the knobs is smooth, and its derivative needs none of a case. Every case is run twice, with its knobs moved to both
+sides, from the same random numbers (Hammersley & Morton 1956; Glasserman & Yao 1992).
 
-    d/dx E f(x + s u)  =  E[ (f(x + s u) - f(x - s u)) u ] / (2 s).
+Alone, one knob after the other, it is moved by the same width h to both sides in all cases. That is the slope of the
+mean with the knob spread uniformly,
 
-Every case is run twice, with u and with -u, from the same random numbers (Hammersley & Morton 1956; Salimans et al.
-2017), and slopes are the least squares of half the differences on s u, with errors that need no noise of one size
-(HC3: MacKinnon & White 1985). What the smoothing is off by grows with the square of the width s.
+    d/dx  1/(2 h) int E f(x + y) dy  over -h < y < h   =   E[ f(x + h) - f(x - h) ] / (2 h),
 
-Knobs are moved each alone, or all at once. Alone the difference of a case is that of one knob, and it takes two runs a
-knob. At once it takes two runs in all, but what every other knob does is noise to each slope. Where that is small, or
-noise is there whatever moves, as in a chaotic motion, that is cheaper.
+without error but that of the sample. It takes two runs a knob.
+
+At once all knobs are moved in two runs, by normal numbers u of each case (Gaussian smoothing: Nesterov & Spokoiny 2017,
+eq. 21; in opposite pairs: Salimans et al. 2017),
+
+    d/dx E f(x + s u)  =  E[ (f(x + s u) - f(x - s u)) u ] / (2 s),
+
+and slopes are the least squares of half the differences on s u. What every other knob does is then noise to each
+slope, and so is the square of u: it is for a motion whose noise is there whatever moves, as a chaotic one, or for very
+many knobs. `experiments/sensitivity/means/slopes.py` has both at an equal number of runs.
+
+Errors need no noise of one size (HC3: MacKinnon & White 1985). What the smoothing is off by grows with the square of
+the width.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -23,7 +32,7 @@ import numpy as np
 from jaxtyping import Float
 
 WIDTH = 0.05
-"""1-sigma of a move."""
+"""Of a move: to both sides, or the 1-sigma of moves at once."""
 
 Run = Callable[[Float[np.ndarray, "cases knobs"]], Mapping[str, np.ndarray]]
 """Metrics [cases] of cases with these moves of their knobs. A case begins alike in each run. NaN where it has none."""
@@ -57,32 +66,24 @@ def pushes(
 ) -> list[np.ndarray]:
     """Moves [cases total] of one side of each pair of runs, of which the chosen `knobs` are moved by the `width`.
 
-    They depend on the seed and the number of a case alone, so that two studies have them in common. Raises ValueError
-    for widths that are not positive.
+    At once they depend on the seed and the number of a case alone, so that two studies have them in common. Raises
+    ValueError for widths that are not positive.
     """
     sizes = np.broadcast_to(np.asarray(width, float), (len(knobs),))
     if not (np.isfinite(sizes).all() and (sizes > 0.0).all()):
         raise ValueError(f"expected positive widths, got {width}")
-    rng = np.random.default_rng(seed)
     if together:
         made = np.zeros((cases, total))
-        made[:, list(knobs)] = sizes * rng.standard_normal((cases, len(knobs)))
+        made[:, list(knobs)] = sizes * np.random.default_rng(seed).standard_normal((cases, len(knobs)))
         return [made]
-    # The same numbers for every knob, so that their slopes can be compared.
-    e = rng.standard_normal(cases)
-    alone = []
-    for size, knob in zip(sizes, knobs, strict=True):
-        made = np.zeros((cases, total))
-        made[:, knob] = size * e
-        alone.append(made)
-    return alone
+    return [np.tile(size * np.eye(total)[knob], (cases, 1)) for size, knob in zip(sizes, knobs, strict=True)]
 
 
 def slopes_of_pairs(
     moves: Sequence[np.ndarray], high: Sequence[np.ndarray], low: Sequence[np.ndarray], knobs: Sequence[int]
 ) -> MeanSlopes:
     """Slopes by `knobs` from the metric [cases] on both sides of each of the `pushes`."""
-    columns = [list(knobs)] if len(moves) == 1 else [[knob] for knob in knobs]
+    columns = [list(knobs)] if len(moves) < len(knobs) else [[knob] for knob in knobs]
     parts = [_regressed(push[:, own], up, down) for push, up, down, own in zip(moves, high, low, columns, strict=True)]
     slopes, sigma, left_out, influence = (
         np.concatenate(each, axis=-1) for each in zip(*[part[:4] for part in parts], strict=True)

@@ -17,6 +17,8 @@ SCHEMA = "jaxsat.slopes/1"
 FILES = ("slopes.json", "slopes.png", "report.html")
 SEEN = 3.0
 """Errors from which on an effect is shown on a terminal."""
+BENT = 0.1
+"""Share of a slope that the width may be to blame for."""
 
 
 def write_slopes(
@@ -44,9 +46,9 @@ def write_slopes(
 
 def subtitle_of(document: Mapping[str, Any]) -> str:
     """Of how many cases, and how they were moved."""
-    how = "all knobs at once" if document["together"] else "each knob alone"
-    cases = count_text(document["cases"], "case")
-    return f"{cases}, seed {document['seed']}; {how}, by {100.0 * document['width']:g} % 1-sigma; lines are 1-sigma"
+    share = f"{100.0 * document['width']:g} %"
+    how = f"all knobs moved at once, 1-sigma {share}" if document["together"] else f"each knob moved alone by ± {share}"
+    return f"{count_text(document['cases'], 'case')}, seed {document['seed']}; {how}; lines are 1-sigma"
 
 
 def slopes_document(found: ScenarioSlopes, options: Mapping[str, str]) -> dict[str, Any]:
@@ -194,8 +196,10 @@ def _of_metric(name: str, metric: Mapping[str, Any]) -> list[str]:
 def _exact_is_none(metric: Mapping[str, Any]) -> bool:
     """Whether exact derivatives are seen not to be those of the mean."""
     own = [one["exact"] for one in metric["slopes"].values() if "exact" in one]
-    return any(one["apart"] is not None and _apart(one) > SEEN for one in own)
+    return any(one["apart"] is not None and _apart(one) for one in own)
 
 
-def _apart(exact: Mapping[str, Any]) -> float:
-    return abs(exact["apart"]) / exact["apart_sigma"] if exact["apart_sigma"] else 0.0
+def _apart(exact: Mapping[str, Any]) -> bool:
+    """Whether the mean of exact derivatives is farther from the slope than sample and width can be to blame for."""
+    off, size = abs(exact["apart"]), max(abs(exact["slope"]), abs(exact["slope"] + exact["apart"]))
+    return off > SEEN * exact["apart_sigma"] and off > BENT * size

@@ -157,7 +157,7 @@ def sensitivity(
     ] = None,
     width: Annotated[
         float | None,
-        Parameter(help="Of a scenario: 1-sigma by which a knob is moved, 0.05 for 5 %. [default: 0.05]"),
+        Parameter(help="Of a scenario: by what a knob is moved to both sides, 0.05 for 5 %. [default: 0.05]"),
     ] = None,
     at_once: Annotated[
         bool, Parameter(help="Of a scenario: move all knobs at once, not each alone.", negative=())
@@ -246,8 +246,8 @@ def sensitivity(
     if place.is_dir() and (
         given or orbit or commands or scenarios or any(v is not None for v in of_scenarios.values())
     ):
-        options = "--orbit, --start, --duration, --every, --rate, --attitude, --commands, --seed and --scenarios"
-        raise CycloptsError(msg=f"{options} are those of a plan; a fit has its own.")
+        of_plan = "--orbit, --start, --duration, --every, --rate, --attitude, --commands, --seed and --scenarios"
+        raise CycloptsError(msg=f"{of_plan} are those of a plan; a fit has its own.")
     if scenarios is None and any(value is not None for value in of_scenarios.values()):
         raise CycloptsError(msg="--spin, --days, --instants, --spread and --resume are those of --scenarios.")
     if place.is_file() and (satellite or config):

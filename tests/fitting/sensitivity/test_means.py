@@ -43,11 +43,23 @@ def test_of_a_staircase_it_is_the_slope_of_its_smoothed_mean_within_the_error_th
         def run(moved):
             return {"step": np.where(moved[:, 0] > 0.0, 1.0, 0.0)}
 
-        found = slopes_of_runs(run, 1, STARTS, width=width, seed=seed, at=np.array([at]))["step"]
+        found = slopes_of_runs(run, 1, STARTS, width=width, seed=seed, together=True, at=np.array([at]))["step"]
         density = math.exp(-0.5 * (at / width) ** 2) / (width * math.sqrt(2.0 * math.pi))
         off.append((found.slopes[0] - density) / found.sigma[0])
     # Mean and spread of so many errors in their own sigma.
     assert abs(np.mean(off)) < 4.0 / math.sqrt(seeds)
+    assert 0.75 < np.std(off) < 1.3
+
+
+def test_alone_it_is_the_slope_of_the_mean_over_the_width_with_its_error():
+    # Stairs at places spread normally: of the uniform mean over the width the slope is a difference of their share.
+    width, off = 0.3, []
+    for seed in range(60):
+        places = np.random.default_rng(seed).standard_normal(STARTS)
+        found = slopes_of_runs(lambda moved, at=places: {"step": (moved[:, 0] > at) * 2.0}, 1, STARTS, width=width)
+        share = 0.5 * math.erf(width / math.sqrt(2.0))
+        off.append((found["step"].slopes[0] - 2.0 * share / width) / found["step"].sigma[0])
+    assert abs(np.mean(off)) < 4.0 / math.sqrt(60)
     assert 0.75 < np.std(off) < 1.3
 
 
@@ -58,7 +70,7 @@ def test_the_slope_of_a_chaotic_mean_is_that_of_a_brute_average():
     def run(moved):
         return {"end": chaotic(np.clip(3.8 + moved[:, 0], 0.0, 4.0), starts)}
 
-    found = slopes_of_runs(run, 1, len(starts), width=0.03)["end"]
+    found = slopes_of_runs(run, 1, len(starts), width=0.03, together=True)["end"]
     own = [
         np.mean(chaotic(3.8 + 0.03 * rng.standard_normal(100_000) + by, rng.uniform(0.1, 0.9, 100_000)).clip(0, 1))
         for by in (-0.01, 0.01)

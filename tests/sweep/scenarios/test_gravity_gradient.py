@@ -129,7 +129,7 @@ def test_moved_by_nothing_cases_stay_and_means_of_derivatives_are_those_of_diffe
     scenario = make({"orbits": "0.3", "tilt_deg": "5", "rate_deg_s": "0.01"})
     cases, names = np.arange(64), [knob.name for knob in scenario.knobs]
     still = scenario.run_moved(1, cases, np.zeros((64, len(names))))
-    found = slopes_of_means(scenario, ["moment_x", "rate"], cases=64, seed=1, exact=True)
+    found = slopes_of_means(scenario, ["moment_x", "rate"], cases=64, seed=1, width=0.005, exact=True)
     assert found.ended == {"succeeded": 64}
     for name in ("largest_tilt_deg", "final_rate_deg_s"):
         one = found.metrics[name]
