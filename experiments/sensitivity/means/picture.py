@@ -15,10 +15,13 @@ EDGE = 12.0
 def picture(loops: dict[str, Any], path: Path) -> None:
     """A panel for each set of loops: slopes in errors of the smoothed one, by metric and knob."""
     figure = new_figure(
-        9.6, 5.2, "Slopes of means in three ways", "less the smoothed slope, in its 1-sigma; lines are 1-sigma"
+        11.5,
+        5.2,
+        "Slopes of means in three ways",
+        "less the slope with the knob moved by 5 % to both sides, in its 1-sigma; lines are 1-sigma",
     )
     panels = figure.subplots(
-        1, len(loops), gridspec_kw={"left": 0.2, "right": 0.98, "top": 0.82, "bottom": 0.13, "wspace": 1.0}
+        1, len(loops), gridspec_kw={"left": 0.19, "right": 0.98, "top": 0.82, "bottom": 0.13, "wspace": 1.25}
     )
     for axes, (title, found) in zip(panels, loops.items(), strict=True):
         dress(axes, x_label="off by, 1-sigma")

@@ -9,12 +9,11 @@ import numpy as np
 from fitting.sensitivity.means.exact import ExactSlopes, exact_slopes
 from fitting.sensitivity.means.pairs import WIDTH, MeanSlopes, mean_and_error, pushes, slopes_of_pairs
 from fitting.sensitivity.means.runs import run_all
+from fitting.sensitivity.means.wording import SUCCESS
 from jaxsat.errors import InputError
 from jaxsat.sweep.knobs.knob import Knob, places_of
 from jaxsat.sweep.scenario import Metric, Scenario
 
-SUCCESS = "success"
-"""Name of the metric that is 1 for a case that succeeded and 0 for one that did not: its mean is their share."""
 FEWEST = 8
 """Cases that a study takes."""
 

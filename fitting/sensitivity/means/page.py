@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from fitting.sensitivity.means.wording import share_text
 from jaxsat.report import Facts, Picture, Remarks, Table, page
 from jaxsat.report.html import Section
 from jaxsat.significant import unit_text, value_and_sigma, value_text
@@ -43,17 +44,10 @@ def _metric(name: str, metric: Mapping[str, Any]) -> Table:
         effect, exact = one["effect"], one.get("exact")
         value, sigma = value_and_sigma(effect["value"], effect["sigma"])
         beside = "" if exact is None else value_text(exact["effect"], 3)
-        rows.append((own, effect["of"], value, sigma, _share(metric, effect), beside, str(one["left_out"])))
+        rows.append((own, effect["of"], value, sigma, share_text(metric, effect), beside, str(one["left_out"])))
     mean, error = value_and_sigma(metric["mean"], metric["mean_sigma"])
     heading = f"{title_of(name, metric['unit'])}: {mean} ± {error or 0} {unit}".rstrip()
     columns = ("by", "change", f"effect, {unit}" if unit else "effect", "1σ", "% of the mean", "exact", "left out")
     return Table(
         heading, columns, rows, (2, 3, 4, 5, 6), note=f"{metric['meaning'][:1].upper()}{metric['meaning'][1:]}."
     )
-
-
-def _share(metric: Mapping[str, Any], effect: Mapping[str, Any]) -> str:
-    """An effect over the mean, in percent."""
-    if not metric["mean"] or effect["value"] is None:
-        return ""
-    return f"{100.0 * effect['value'] / abs(metric['mean']):z.3f}"

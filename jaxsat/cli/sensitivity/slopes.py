@@ -79,7 +79,8 @@ def _studied(scenario, options: Mapping[str, str], asked: Asked, out: Path, *, p
 
     from fitting.sensitivity.means import slopes_of_means
     from fitting.sensitivity.means.pairs import WIDTH
-    from fitting.sensitivity.means.report import FILES, head_of, sentences, table_rows, write_slopes
+    from fitting.sensitivity.means.report import FILES, write_slopes
+    from fitting.sensitivity.means.wording import head_of, sentences, table_rows
     from jaxsat.cli.shared.terminal import plain_table
     from jaxsat.files.staging import staged_directory
 
@@ -104,7 +105,7 @@ def _studied(scenario, options: Mapping[str, str], asked: Asked, out: Path, *, p
         progress("writing results")
         document = write_slopes(stage, found, options, plots=plots)
     head = head_of(document)
-    table = plain_table(*head, right=(1, 3, *range(4, len(head))))
+    table = plain_table(*head, right=range(1, len(head)))
     for row in table_rows(document, whole=talk.verbose):
         table.add_row(*row)
     header = Text.assemble((scenario.name, "bold"), f": what a change does on average, of {found.cases} cases.")
