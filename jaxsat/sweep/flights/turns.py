@@ -3,12 +3,13 @@
 import functools
 import math
 from collections.abc import Mapping
+from operator import attrgetter
 
 import numpy as np
 
 from jaxsat.control.actuators import Magnetorquers
 from jaxsat.control.loops import Channel
-from jaxsat.satellites.model import MAGNET_PLACE, array_at
+from jaxsat.satellites.model import MAGNET_PLACE
 from jaxsat.sweep.flights.flight import Flight
 from jaxsat.sweep.flights.spread import Spread
 from jaxsat.sweep.knobs.knob import Knob
@@ -85,6 +86,6 @@ def _errors(sight: str, names: Mapping[str, str], spread: Spread, flight: Flight
     knob = Knob(f"{sight}_errors", "1", f"{words} of {names[sight]}, in the sigmas of the file", flight.spread)
 
     def leaf(place, fixed):
-        return array_at(fixed.channels[sight].sensor, place)
+        return attrgetter(place)(fixed.channels[sight].sensor)
 
     return [Turn(knob, tuple(functools.partial(leaf, place) for place in places), about=True)]

@@ -22,6 +22,7 @@ def test_slopes_are_the_differences_of_means():
     spread[:, places] = 0.05 * np.random.default_rng(2).normal(size=(COUNT, len(NAMES)))
 
     def values(move):
+        assert SCENARIO.run_moved is not None
         runs = SCENARIO.run_moved(3, numbers, spread + move)
         return {name: np.asarray(runs[name]) for name in METRICS}
 

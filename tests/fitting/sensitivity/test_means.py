@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from jaxsat.sweep import Knob, Metric, Scenario
 STARTS = 400
 
 
-def chaotic(x, start, times=60):
+def chaotic(x, start, times=60) -> Any:
     """The logistic map after many turns: its derivative by x is astronomical, its mean moves slowly."""
     for _ in range(times):
         start = x * start * (1.0 - start)
@@ -88,11 +89,12 @@ def test_starts_without_a_value_are_left_out_and_counted():
     found = slopes_of_runs(run, 1, STARTS)["f"]
     assert found.left_out == [10] and np.isnan(found.influence[:10]).all()
     np.testing.assert_allclose(found.slopes, [1.0])
-    for function, settings, told in (
+    failing: tuple[tuple[Any, dict[str, Any], str], ...] = (
         (lambda moved: {"f": np.full(len(moved), np.nan)}, {}, "only 0 of"),
         (run, {"width": 0.0}, "positive widths"),
         (lambda moved: {"f": moved}, {}, "shape"),
-    ):
+    )
+    for function, settings, told in failing:
         with pytest.raises(ValueError, match=told):
             slopes_of_runs(function, 1, STARTS, **settings)
 
@@ -164,14 +166,15 @@ def test_chosen_knobs_and_metrics_of_any_number_of_cases():
     # Without a horizon the mean is that of those who got there, and the rest is counted.
     bare = slopes_of_means(made(horizon_s=None), ["lag"], ["time_s"], cases=600).metrics["time_s"]
     assert bare.horizon_s is None and bare.slopes.left_out[0] >= sum(bare.without.values()) > 0
-    for scenario, given, told in (
+    wrong: tuple[tuple[Scenario, dict[str, Any], str], ...] = (
         (made(), {"knobs": ["lagg"]}, "lagg: no such knob of this scenario; did you mean lag?"),
         (made(), {"metrics": ["time"]}, "time: no such metric of this scenario; did you mean time_s?"),
         (made(), {"cases": 3}, "cases: expected at least 8"),
         (made(), {"width": 0.0}, "width: expected a number above 0"),
         (made(knobs=(), run_moved=None), {}, "scenario made has no knobs"),
         (made(), {"exact": True, "cases": 8}, "scenario made has no exact derivatives"),
-    ):
+    )
+    for scenario, given, told in wrong:
         with pytest.raises(InputError) as caught:
             slopes_of_means(scenario, **given)
         assert told in str(caught.value)

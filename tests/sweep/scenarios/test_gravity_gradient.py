@@ -128,12 +128,13 @@ def test_moved_by_nothing_cases_stay_and_means_of_derivatives_are_those_of_diffe
     """Of the libration, which is smooth: exact, by differences of the same cases, and by the slope of the mean."""
     scenario = make({"orbits": "0.3", "tilt_deg": "5", "rate_deg_s": "0.01"})
     cases, names = np.arange(64), [knob.name for knob in scenario.knobs]
+    assert scenario.run_moved is not None
     still = scenario.run_moved(1, cases, np.zeros((64, len(names))))
     found = slopes_of_means(scenario, ["moment_x", "rate"], cases=64, seed=1, width=0.005, exact=True)
     assert found.ended == {"succeeded": 64}
     for name in ("largest_tilt_deg", "final_rate_deg_s"):
         one = found.metrics[name]
-        assert one.mean == pytest.approx(np.asarray(still[name]).mean(), rel=1e-12)
+        assert one.exact is not None and one.mean == pytest.approx(np.asarray(still[name]).mean(), rel=1e-12)
         for k, knob in enumerate(("moment_x", "rate")):
             step = 1e-5 * np.eye(len(names))[names.index(knob)]
             up, down = (np.asarray(scenario.run_moved(1, cases, np.tile(s * step, (64, 1)))[name]) for s in (1, -1))
