@@ -97,17 +97,20 @@ def _build(options: Mapping[str, str]) -> Scenario:
     knobs += tuple(knob for knob in sizes if knob.value > 0.0)
 
     def run_moved(seed: int, cases: np.ndarray, turned: Any) -> Mapping[str, Any]:
-        import jax.numpy as jnp
+        import jax
 
         t_s, move = _motion(rate, orbits, moments, radius)
+        own = jax.jit(changed)(turned)
+        return _outcome(t_s.tobytes())(*move(case_keys(seed, cases), *own))
+
+    def changed(turned: Any) -> tuple[Any, Any, Any]:
+        """Spreads of tilt and rate and moments of inertia, of each case."""
+        import jax.numpy as jnp
+
         factor = {knob.name: jnp.exp(turned[:, k]) for k, knob in enumerate(knobs)}
-        found = move(
-            case_keys(seed, cases),
-            tilt * factor.get("tilt", jnp.ones(len(cases))),
-            rate * factor.get("rate", jnp.ones(len(cases))),
-            jnp.stack([moments[k] * factor[f"moment_{c}"] for k, c in enumerate("xyz")], axis=1),
-        )
-        return outcome(Motion(t_s, *found), jnp)
+        none = jnp.ones(len(turned))
+        own = jnp.stack([moments[k] * factor[f"moment_{c}"] for k, c in enumerate("xyz")], axis=1)
+        return tilt * factor.get("tilt", none), rate * factor.get("rate", none), own
 
     inputs = tuple(one for one, spread in zip(inputs, (tilt, rate), strict=True) if spread > 0.0)
     given = {"history": history, "inputs": inputs, "draw": draw, "knobs": knobs, "run_moved": run_moved}
@@ -126,6 +129,16 @@ def _turn_and_spin(key):
     import jax
 
     return jax.random.normal(key, (2, 3))
+
+
+@functools.lru_cache(maxsize=4)
+def _outcome(times: bytes):
+    """Compiled: `outcome` by JAX of a motion at times, from its quaternion, rate and tilt."""
+    import jax
+    import jax.numpy as jnp
+
+    t_s = np.frombuffer(times)
+    return jax.jit(lambda *found: outcome(Motion(t_s, *found), jnp))
 
 
 def outcome(motion: Motion, xp: Any = np) -> dict[str, Any]:
