@@ -8,7 +8,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from jaxsat.plotting.style import FAINT, INK, LEFT_OUT, dress, head, new_figure
-from jaxsat.significant import unit_text
 
 BAR, FAINT_BAR = "#14497a", "#b9c7d6"
 ROW_IN, HEAD_IN = 0.24, 0.78
@@ -47,10 +46,10 @@ def draw_slopes(metrics: Mapping[str, Mapping[str, Any]], *, title: str, subtitl
 def _draw(axes: Axes, name: str, metric: Mapping[str, Any]) -> None:
     dress(axes)
     head(axes, name)
-    unit = unit_text(metric["unit"])
     mean = metric["mean"]
     if mean is not None:
-        head(axes, f"mean {mean:.4g} {unit}".rstrip(), side="right", fontsize=8, color="#555b66")
+        # Its unit stands in the name.
+        head(axes, f"mean {mean:.4g}", side="right", fontsize=8, color="#555b66")
     slopes = metric["slopes"]
     for place, one in enumerate(slopes.values()):
         value, sigma = one["effect"]["value"], one["effect"]["sigma"]

@@ -12,15 +12,14 @@ from jaxsat.sweep.names import title_of, title_of_scenario
 
 def slopes_page(document: Mapping[str, Any], said: Sequence[str], subtitle: str, png: bytes | None) -> str:
     """Returns the HTML text of what slopes.json has; `said` are sentences that belong to it."""
-    cases = document["cases"]
-    good = next(iter(document["ended"].values()), 0)
+    cases, good = document["cases"], document["succeeded"]
     knobs = [
         (f"{name}", f"{value_text(one['value'], 4)} {unit_text(one['unit'])}".strip() + f": {one['meaning']}")
         for name, one in document["knobs"].items()
     ]
     picture = [] if png is None else [Picture("Effects", png, "Effect of each knob on the mean of each metric")]
     sections: list[Section] = [
-        Remarks("What to know", [f"{line[:1].upper()}{line[1:]}." for line in said]),
+        Remarks("What to know", [f"{line}." for line in said]),
         *picture,
         *(_metric(name, one) for name, one in document["metrics"].items()),
         Facts("Knobs", knobs),
@@ -46,7 +45,7 @@ def _metric(name: str, metric: Mapping[str, Any]) -> Table:
         beside = "" if exact is None else value_text(exact["effect"], 3)
         rows.append((own, effect["of"], value, sigma, share_text(metric, effect), beside, str(one["left_out"])))
     mean, error = value_and_sigma(metric["mean"], metric["mean_sigma"])
-    heading = f"{title_of(name, metric['unit'])}: {mean} ± {error or 0} {unit}".rstrip()
+    heading = f"{title_of(name, metric['unit'])}: {mean}{f' ± {error}' if error else ''} {unit}".rstrip()
     columns = ("by", "change", f"effect, {unit}" if unit else "effect", "1σ", "% of the mean", "exact", "left out")
     return Table(
         heading, columns, rows, (2, 3, 4, 5, 6), note=f"{metric['meaning'][:1].upper()}{metric['meaning'][1:]}."

@@ -31,11 +31,18 @@ def write_slopes(
         from jaxsat.plotting.style import png_bytes
 
         title = f"{title_of_scenario(found.scenario.name)}: effects on means"
-        png = png_bytes(draw_slopes(document["metrics"], title=title, subtitle=subtitle))
+        felt = {name: one for name, one in document["metrics"].items() if _felt(one)} or document["metrics"]
+        png = png_bytes(draw_slopes(felt, title=title, subtitle=subtitle))
         (stage / "slopes.png").write_bytes(png)
     (stage / "report.html").write_text(slopes_page(document, said, subtitle, png), encoding="utf-8")
     write_json(stage / "slopes.json", document)
     return document
+
+
+def _felt(metric: Mapping[str, Any]) -> bool:
+    """Whether any knob does anything to it, but for rounding."""
+    sizes = [abs(one["slope"]) for one in metric["slopes"].values() if one["slope"] is not None]
+    return max(sizes, default=0.0) > 1e-9 * abs(metric["mean"] or 0.0)
 
 
 def slopes_document(found: ScenarioSlopes, options: Mapping[str, str]) -> dict[str, Any]:
@@ -50,6 +57,7 @@ def slopes_document(found: ScenarioSlopes, options: Mapping[str, str]) -> dict[s
         "seed": found.seed,
         "width": found.width,
         "together": found.together,
+        "succeeded": found.ended.get(scenario.statuses[0], 0),
         "ended": found.ended,
         "knobs": {
             knob.name: {

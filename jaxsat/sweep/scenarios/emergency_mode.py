@@ -117,7 +117,8 @@ def _program(options: tuple[tuple[str, str], ...]):
         1e-9 * number("field_noise_nT", low=0.0, high=1e5),
     )
     # As long as a turn of the paper's orbit at least, whose legs stay what they were.
-    turn_s = max(6000.0, 1.005 * 2.0 * math.pi * math.sqrt((EARTH_EQUATORIAL_RADIUS + 1e3 * height) ** 3 / EARTH_MU))
+    kepler_s = 2.0 * math.pi * math.sqrt((EARTH_EQUATORIAL_RADIUS + 1e3 * height) ** 3 / EARTH_MU)
+    turn_s = max(6000.0, 1.005 * kepler_s)
 
     @functools.cache
     def surroundings():
@@ -182,7 +183,7 @@ def _program(options: tuple[tuple[str, str], ...]):
         first = jax.tree.map(lambda leaf: leaf[:1], surroundings()[0])
         return jax.device_get(drawn(first, case_keys(seed, numbers)))
 
-    return run, run_moved, history, draw, turns, orbits * turn_s
+    return run, run_moved, history, draw, turns, orbits * kepler_s
 
 
 def _turns(law, vehicle) -> tuple[Any, ...]:

@@ -76,6 +76,7 @@ def test_files_and_what_is_said(capsys):
         assert words in " ".join(said.split()), words
     assert max(map(len, said.splitlines())) <= 80
     page = Path("s/report.html").read_text("utf-8")
+    assert f"{found['succeeded']} of 300 cases succeeded" in page and 0 < found["succeeded"] < 294
     assert "Length: " in page and "count as 9.000 s" in page and "data:image/png" in page
 
     # As a module too, knobs at once, the document alone; another picture is not left from before.
