@@ -115,13 +115,13 @@ def _decided(vehicle, channels, estimator, controller, watch, period, state, num
     memory, estimate = estimator.update(state.estimator, readings, now)
     decision, commands = controller.update(state.controller, estimate, now)
     commands = jax.lax.optimization_barrier(commands)
-    dipoles = motors = most = None
+    dipoles = motors = None
     if vehicle.torquers is not None:
-        most = vehicle.torquers.max_dipole
         dipoles = torquer_dipoles(vehicle.torquers, commands.dipole)
     if vehicle.wheels is not None:
         motors = motor_torques(vehicle.wheels, commands.torque, motion.wheel_speed, period)
-    sample = Sample(motion, readings, estimate, dipoles, motors, most)
+    most = None if vehicle.torquers is None else vehicle.torquers.max_dipole
+    sample = Sample(motion, readings, estimate, dipoles, motors, max_dipoles=most)
     tally = None if watch is None else watch.update(state.tally, sample, here)
     return LoopState(motion, late, memory, decision, dipoles, motors, tally), sample
 

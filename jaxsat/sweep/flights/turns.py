@@ -26,7 +26,7 @@ NOISES: Mapping[str, tuple[str, float, str]] = {
 
 def satellite_turns(
     flight: Flight,
-    torquers: Magnetorquers,
+    torquers: Magnetorquers | None,
     channels: Mapping[str, Channel],
     names: Mapping[str, str],
     spread: Spread,
@@ -44,16 +44,20 @@ def satellite_turns(
         Turn(
             Knob("inertia", "kg m2", f"the largest of the moments, which keep their ratios{told}", _moment(flight)),
             (lambda f: f.vehicle.spacecraft.inertia, *inertia_of_law),
-        ),
-        Turn(
-            Knob("max_dipole", "A m2", "of each torquer", float(np.min(torquers.max_dipole))),
-            (lambda f: f.vehicle.torquers.max_dipole, *dipole_of_law),
-        ),
-        Turn(
-            Knob("torquer_residual", "1", "share that torquers keep when off", float(np.max(torquers.residual))),
-            (lambda f: f.vehicle.torquers.residual,),
-        ),
+        )
     ]
+    if torquers is not None:
+        most, left = float(np.min(torquers.max_dipole)), float(np.max(torquers.residual))
+        found += [
+            Turn(
+                Knob("max_dipole", "A m2", "of each torquer", most),
+                (lambda f: f.vehicle.torquers.max_dipole, *dipole_of_law),
+            ),
+            Turn(
+                Knob("torquer_residual", "1", "share that torquers keep when off", left),
+                (lambda f: f.vehicle.torquers.residual,),
+            ),
+        ]
     if craft.magnet is not None:
         drawn = [sigma for leaf, sigma in zip(spread.leaves, spread.sigma, strict=True) if leaf.place == MAGNET_PLACE]
         size = float(np.hypot(np.linalg.norm(np.asarray(craft.magnet)), np.linalg.norm(drawn)))
