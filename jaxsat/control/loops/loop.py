@@ -131,7 +131,8 @@ def _decided(vehicle, channels, estimator, controller, watch, period, state, num
         wanted = jnp.zeros(3) if commands.thrust is None else commands.thrust
         silent = jnp.zeros(vehicle.thrusters.torque.shape) if commands.dead_band is None else commands.dead_band
         pulses = jax.lax.optimization_barrier(fire(vehicle.thrusters, wanted, silent, period))
-    sample = Sample(motion, readings, estimate, dipoles, motors, pulses, decision)
+    most = None if vehicle.torquers is None else vehicle.torquers.max_dipole
+    sample = Sample(motion, readings, estimate, dipoles, motors, pulses, decision, max_dipoles=most)
     tally = None if watch is None else watch.update(state.tally, sample, here)
     thrust = None if pulses is None else pulses.torque_body
     return LoopState(motion, late, memory, decision, dipoles, motors, thrust, tally), sample

@@ -24,6 +24,8 @@ class Sample(eqx.Module):
     pulses: Pulses | None
     decision: Any
     """What the controller remembers of it."""
+    max_dipoles: Float[Array, " torquers"] | None = None
+    """Of each torquer [A m^2]."""
 
     @property
     def dipole_sizes(self) -> Float[Array, " torquers"]:

@@ -83,6 +83,9 @@ def _program(options: tuple[tuple[str, str], ...]):
     from jaxsat.sweep.flights.sensors import channels_of
     from jaxsat.sweep.flights.spread import spread_of
     from jaxsat.sweep.flights.starts import attitude_and_rate
+    from jaxsat.sweep.flights.turns import satellite_turns
+    from jaxsat.sweep.knobs.knob import Knob
+    from jaxsat.sweep.knobs.turns import Turn, positive
 
     reader = Reader(dict(options))
     number = reader.number
@@ -115,9 +118,11 @@ def _program(options: tuple[tuple[str, str], ...]):
             flight.surroundings(duration + period), schedule, schedule.periods(duration), pressed=flight.pressed
         )
     )
+    spread = spread_of(satellite, tuple(names.values()), flight.spread)
+    of_law = Turn(Knob("gain", "N m s", "of the law", gain), (lambda f: f.controller.gain,))
     cases = LoopCases(
         flight=flight,
-        spread=spread_of(satellite, tuple(names.values()), flight.spread),
+        spread=spread,
         channels=channels,
         names=names,
         torquers=torquers,
@@ -125,10 +130,12 @@ def _program(options: tuple[tuple[str, str], ...]):
         estimator=Perfect() if perfect else AsRead(),
         controller=(FieldDifference if law == "difference" else RateAcrossField)(gain),
         schedule=schedule,
-        watch=RateWatch(limit, torquers.max_dipole, period, duty),
+        watch=RateWatch(limit, period, duty),
         start=lambda key: attitude_and_rate(key, tipoff),
         timeline=around,
+        duration_s=duration,
         noisy=not perfect,
+        turns=(*positive([of_law]), *satellite_turns(flight, torquers, channels, names, spread)),
     )
 
     @jax.jit

@@ -105,6 +105,7 @@ def _program(options: tuple[tuple[str, str], ...]):
     from jaxsat.sweep.flights.sensors import channels_of, has_star_tracker
     from jaxsat.sweep.flights.spread import spread_of
     from jaxsat.sweep.flights.starts import attitude_and_rate
+    from jaxsat.sweep.flights.turns import satellite_turns
 
     reader = Reader(dict(options))
     number = reader.number
@@ -186,9 +187,10 @@ def _program(options: tuple[tuple[str, str], ...]):
         return dataclasses.replace(whole, instants=instants, last=last)
 
     from_time = (periods - math.ceil(0.25 * periods)) * period
+    spread = spread_of(satellite, tuple(names.values()), flight.spread)
     cases = LoopCases(
         flight=flight,
-        spread=spread_of(satellite, tuple(names.values()), flight.spread),
+        spread=spread,
         channels=channels,
         names=names,
         torquers=torquers,
@@ -199,8 +201,21 @@ def _program(options: tuple[tuple[str, str], ...]):
         watch=PointingWatch(limit, from_time - 1e-6 * period, wheels, period, duty),
         start=lambda key: attitude_and_rate(key, most_rate),
         timeline=around,
+        duration_s=duration,
         noisy=not perfect,
         thrusters=thrusters,
+        turns=(
+            *_turns(law, estimator),
+            *satellite_turns(
+                flight,
+                torquers,
+                channels,
+                names,
+                spread,
+                inertia_of_law=(lambda f: f.controller.inertia,),
+                dipole_of_law=(lambda f: f.controller.max_dipole,),
+            ),
+        ),
     )
 
     @jax.jit
@@ -226,6 +241,52 @@ def _program(options: tuple[tuple[str, str], ...]):
         return ended(settled, sound, found)
 
     return cases, metrics
+
+
+def _turns(law, estimator):
+    """Knobs of the law, of wheels and of the filter."""
+    from jaxsat.sweep.knobs.knob import Knob
+    from jaxsat.sweep.knobs.turns import Turn, largest_moment, positive
+
+    def both(name):
+        return (lambda f: getattr(f.vehicle.wheels, name), lambda f: getattr(f.controller.wheels, name))
+
+    degree = math.radians(1.0)
+    moment, slew = largest_moment(law.inertia), float(law.slew_rate) / degree
+    found = [
+        Turn(Knob("frequency", "rad/s", "of small errors", float(law.frequency)), (lambda f: f.controller.frequency,)),
+        Turn(Knob("damping", "1", "damping ratio", float(law.damping)), (lambda f: f.controller.damping,)),
+        Turn(Knob("slew", "deg/s", "largest rate of a slew", slew), (lambda f: f.controller.slew_rate,)),
+        Turn(
+            Knob("known_inertia", "kg m2", "as the law knows it, the largest moment", moment),
+            (lambda f: f.controller.inertia,),
+        ),
+    ]
+    if law.wheels is not None:
+        wheels, known = law.wheels, float(law.friction_known)
+        dry, wet, most = (float(np.max(x)) for x in (wheels.coulomb, wheels.viscous, wheels.max_torque))
+        found += [
+            Turn(
+                Knob("dumping", "1/s", "gain of the wheels' unloading", float(law.dumping)),
+                (lambda f: f.controller.dumping,),
+            ),
+            Turn(
+                Knob("friction_known", "1", "share of the wheels' friction that their motors make good", known, 1.0),
+                (lambda f: f.controller.friction_known,),
+            ),
+            Turn(Knob("dry_friction", "N m", "of each wheel", dry), both("coulomb")),
+            Turn(Knob("viscous_friction", "N m s", "of each wheel, over its speed", wet), both("viscous")),
+            Turn(Knob("wheel_torque", "N m", "largest of each wheel's motor", most), both("max_torque")),
+        ]
+    if hasattr(estimator, "field_sigma"):
+        taken = float(estimator.field_sigma) / degree
+        found.append(
+            Turn(
+                Knob("filter_field_sigma", "deg", "1-sigma of the field's direction as the filter takes it", taken),
+                (lambda f: f.estimator.field_sigma,),
+            )
+        )
+    return positive(found)
 
 
 def _direction(text: str, name: str) -> np.ndarray:

@@ -7,7 +7,7 @@ stays within the limit of the field over the last orbit.
 import functools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -78,6 +78,10 @@ class _Program:
     """[rad]"""
     spread: Any
     name: str
+    turns: Any
+    """Of spacecraft."""
+    nominal: Any
+    """The spacecraft of the file, without parts that are commanded."""
 
 
 @functools.lru_cache(maxsize=4)
@@ -117,6 +121,7 @@ def _program(options: tuple[tuple[str, str], ...]) -> _Program:
     around = flight.surroundings(float(times[-1]))
     if not flight.pressed:
         around = dataclasses.replace(around, sun=None)
+    nominal = dataclasses.replace(craft, parts=own_parts(craft.parts))
     field_0 = np.asarray(eqx.filter_jit(around)(jnp.zeros(1)).b_field_eci)[0]
 
     @jax.jit
@@ -128,7 +133,6 @@ def _program(options: tuple[tuple[str, str], ...]) -> _Program:
         q, w, own = jax.vmap(one)(keys)
         model, numbers = drawn_model(spread, satellite.model, own)
         made = dataclasses.replace(model.spacecraft, parts=own_parts(model.spacecraft.parts))
-        nominal = dataclasses.replace(craft, parts=own_parts(craft.parts))
         made = jax.tree.map(lambda leaf, like: jnp.broadcast_to(leaf, (len(keys), *jnp.shape(like))), made, nominal)
         return Motion(q, w, None, first_lag(made, nominal, q, field_0)), numbers, made
 
@@ -150,7 +154,34 @@ def _program(options: tuple[tuple[str, str], ...]) -> _Program:
         return jax.vmap(one)(magnets, quaternions)
 
     last = times >= times[-1] - flight.orbit_s
-    return _Program(draw, move, angles, times, last, limit, spread, satellite.name)
+    return _Program(draw, move, angles, times, last, limit, spread, satellite.name, _turns(nominal), nominal)
+
+
+def _turns(craft) -> tuple[Any, ...]:
+    """Knobs of a spacecraft. Rods begin with the induction that they have without them."""
+    from jaxsat.sweep.knobs.knob import Knob
+    from jaxsat.sweep.knobs.turns import Turn, largest_moment, positive
+
+    rods = craft.hysteresis_rods
+    of_rods = (
+        ("rod_volume", "mm3", "of each rod, of which the largest", "volumes", 1e9),
+        ("coercive_field", "A/m", "of each rod, as it appears outside it", "coercive_field", 1.0),
+        ("remanence", "T", "of each rod, as it appears outside it", "remanence", 1.0),
+        ("saturation", "T", "of each rod, as it appears outside it", "saturation", 1.0),
+    )
+    dipole = float(np.linalg.norm(np.asarray(craft.magnet)))
+    found = [
+        Turn(Knob("magnet", "A m2", "dipole of the magnet", dipole), (lambda craft: craft.magnet,)),
+        Turn(Knob("inertia", "kg m2", "the largest moment", largest_moment(craft.inertia)), (lambda c: c.inertia,)),
+    ]
+    found += [
+        Turn(
+            Knob(name, unit, meaning, size * float(np.max(np.asarray(getattr(rods, own))))),
+            (lambda craft, own=own: getattr(craft.hysteresis_rods, own),),
+        )
+        for name, unit, meaning, own, size in of_rods
+    ]
+    return positive(found)
 
 
 def _build(options: Mapping[str, str]) -> Scenario:
@@ -160,9 +191,7 @@ def _build(options: Mapping[str, str]) -> Scenario:
     # Whatever is wrong with options and files is said before anything is compiled.
     program = _program(options_of)
 
-    def run(seed: int, numbers: np.ndarray) -> dict[str, np.ndarray]:
-        program = _program(options_of)
-        drawn = program.draw(case_keys(seed, numbers))
+    def of_drawn(program: _Program, drawn: Drawn) -> dict[str, np.ndarray]:
         moved = program.move(drawn)
         return outcome(
             program,
@@ -172,13 +201,38 @@ def _build(options: Mapping[str, str]) -> Scenario:
             np.asarray(moved.errors),
         )
 
+    def run(seed: int, numbers: np.ndarray) -> dict[str, np.ndarray]:
+        program = _program(options_of)
+        return of_drawn(program, program.draw(case_keys(seed, numbers)))
+
+    def run_moved(seed: int, numbers: np.ndarray, moved: Any) -> dict[str, np.ndarray]:
+        from jaxsat.sweep.knobs.turns import turned
+
+        program = _program(options_of)
+        drawn = program.draw(case_keys(seed, numbers))
+        # On the host, as the steps of each case are chosen there.
+        craft = turned(drawn.spacecraft, program.nominal, program.turns, np.asarray(moved))
+        return of_drawn(program, replace(drawn, spacecraft=craft))
+
     def draw(seed: int, numbers: np.ndarray):
         return jax.device_get(_drawn(program.draw(case_keys(seed, numbers))))
 
     inputs = (*start_inputs(Reader(options).number("rate_deg_s")), *program.spread.inputs())
     history = functools.partial(_history, options_of)
-    about = {"history": history, "inputs": inputs, "draw": draw, "only_float64": ONLY_FLOAT64}
-    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, **about)
+    return Scenario(
+        NAME,
+        STATUSES,
+        METRICS,
+        CHUNK,
+        run,
+        history=history,
+        inputs=inputs,
+        draw=draw,
+        knobs=tuple(turn.knob for turn in program.turns),
+        run_moved=run_moved,
+        only_float64=ONLY_FLOAT64,
+        horizon_s=float(program.times[-1]),
+    )
 
 
 def _drawn(drawn: Drawn) -> Drawn:

@@ -50,7 +50,7 @@ START = Motion(jnp.array([1.0, 0, 0, 0]), jnp.array([0.1, -0.15, 0.05]))
 
 
 def run(estimator, controller, channels, key=None):
-    watch = RateWatch(0.05, jnp.full(3, 0.2), PERIOD, DUTY)
+    watch = RateWatch(0.05, PERIOD, DUTY)
     plant = Plant(BODY, channels, AROUND)
     made = loop(plant, estimator, controller, SCHEDULE, watch=watch)
     start = first_state(plant, estimator, controller, START, watch=watch)
