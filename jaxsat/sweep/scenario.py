@@ -12,6 +12,7 @@ import numpy as np
 from jaxsat.errors import InputError
 from jaxsat.sweep.history import History
 from jaxsat.sweep.inputs import PREFIX, Input, check_inputs
+from jaxsat.sweep.knobs.knob import Knob, check_knobs
 from jaxsat.sweep.pinned import pinned
 from jaxsat.sweep.precision.keys import key_of
 
@@ -58,6 +59,14 @@ class Scenario:
     """`draw(seed, cases)` returns what `run` begins from, in which each of the `inputs` finds its values."""
     only_float64: str = ""
     """Why it cannot be run in single precision, in words; empty where it can."""
+    knobs: tuple[Knob, ...] = ()
+    """What may be turned at it, with the options that it has: what means are differentiated by."""
+    run_moved: Callable[[int, np.ndarray, Any], Mapping[str, Any]] | None = None
+    """`run_moved(seed, cases, moved)` is `run` with the knobs of each case moved by a row of `moved` [cases knobs]: see
+    `Knob`. With zeros it has the numbers of `run` but for rounding. Of any number of cases, and from several threads;
+    where it is written in JAX throughout, exact derivatives are taken through it."""
+    horizon_s: float | None = None
+    """Simulated time of a case: up to it the mean of an endless metric goes [s]."""
 
     def __post_init__(self):
         if not 1 <= len(set(self.statuses)) == len(self.statuses) <= 127:
@@ -72,8 +81,11 @@ class Scenario:
             raise ValueError(f"Scenario {self.name}: metric {taken[0]}: names with {PREFIX} are those of inputs")
         if self.inputs and self.draw is None:
             raise ValueError(f"Scenario {self.name}: inputs need a function draw(seed, cases)")
+        if self.knobs and self.run_moved is None:
+            raise ValueError(f"Scenario {self.name}: knobs need a function run_moved(seed, cases, moved)")
         try:
             check_inputs(self.inputs, self.metrics)
+            check_knobs(self.knobs)
         except ValueError as error:
             raise ValueError(f"Scenario {self.name}: {error}") from None
 
@@ -85,7 +97,11 @@ class Scenario:
 
 def run_cases(scenario: Scenario, seed: int, cases: np.ndarray) -> dict[str, np.ndarray]:
     """Status [int8] and metrics [float64] of one chunk; `InputError` where the scenario breaks its own promise."""
-    found = scenario.run(seed, cases)
+    return checked_cases(scenario, scenario.run(seed, cases), cases)
+
+
+def checked_cases(scenario: Scenario, found: Any, cases: np.ndarray) -> dict[str, np.ndarray]:
+    """What a scenario's function returned, as status [int8] and metrics [float64]; `InputError` for anything else."""
     if not isinstance(found, Mapping):
         raise InputError(f"scenario {scenario.name}: run returned {type(found).__name__}, expected a dict of arrays")
     expected = {"status", *scenario.metrics}

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from cyclopts import CycloptsError, Parameter, validators
 
 from jaxsat.cli.shared.folders import default_folder
-from jaxsat.cli.shared.options import whole_number
+from jaxsat.cli.shared.options import check_options, whole_number
 from jaxsat.cli.shared.talk import USUAL, Talking
 from jaxsat.cli.sweep.defaults import CASES, SEED
 from jaxsat.cli.sweep.scenarios import SCENARIOS, address_of
@@ -23,16 +23,6 @@ FOLDER = default_folder("sweep")
 def _check_scenario(_: Any, value: str | None) -> None:
     if value is not None:
         address_of(value)
-
-
-def _check_options(_: Any, value: list[str] | None) -> None:
-    for text in value or ():
-        if not re.fullmatch(r"[^=\s]+=.+", text):
-            raise ValueError(f'Expected NAME=VALUE, got "{text}".')
-    names = [text.partition("=")[0] for text in value or ()]
-    twice = [name for name in names if names.count(name) > 1]
-    if twice:
-        raise ValueError(f"{twice[0]} is set more than once.")
 
 
 def _shard(text: str) -> tuple[int, int]:
@@ -82,7 +72,7 @@ def sweep(
             name="--set",
             help="NAME=VALUE: an option of the scenario; repeatable.",
             negative=(),
-            validator=_check_options,
+            validator=check_options,
         ),
     ] = None,
     satellite: Annotated[

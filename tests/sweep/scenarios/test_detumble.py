@@ -45,9 +45,11 @@ def test_a_motion_is_that_of_scipy_with_the_same_dipoles():
     stages, schedule = loops.timeline().stages, loops.schedule
     begins, edges = np.asarray(loops.timeline().instants.time), schedule.edges
     nodes = (begins[:, None] + edges[None, :-1]).reshape(-1)
+    points = stages.points
+    assert points is not None
     field, place = (
         CubicSpline(nodes, np.asarray(leaf)[:, :, 0].reshape(-1, 3))
-        for leaf in (stages.points.b_field_eci, stages.points.position_eci)
+        for leaf in (points.b_field_eci, points.position_eci)
     )
     craft = drawn.vehicle.spacecraft
     J, magnet = craft.inertia[case], craft.magnet[case]
