@@ -79,11 +79,11 @@ class AdamsGrid(eqx.Module):
 
     @property
     def at_end(self) -> bool:
-        """Whether the end of the last step alone is read; False where the grid is traced, which tells no numbers."""
-        if any(isinstance(x, jax.core.Tracer) for x in (self.sample_first, self.sample_weights)):
+        """Whether the end of the last step alone is read; False where they are not numbers of NumPy."""
+        if not (isinstance(self.sample_first, np.ndarray) and isinstance(self.sample_weights, np.ndarray)):
             return False
-        places = np.arange(_INTERPOLATION) + np.asarray(self.sample_first)[:, None]
-        return len(places) == 1 and bool(np.all(np.asarray(self.sample_weights) == (places == self.steps)))
+        places = np.arange(_INTERPOLATION) + self.sample_first[:, None]
+        return len(places) == 1 and bool(np.all(self.sample_weights == (places == self.steps)))
 
     def padded(self, steps: int) -> "AdamsGrid":
         """The same grid with its last node repeated up to so many steps, for programs with a traced count."""
