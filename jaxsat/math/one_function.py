@@ -3,10 +3,12 @@
 That leans on XLA's inside, for it halves the processor time of a sweep of Earth searches: an attribute of a call that
 XLA's compiler for CPUs reads (`xla_cpu_small_call`), set through an experimental module of JAX. Neither is promised to
 stay. With another version of JAX than was tried, without that module and on other processors the program is compiled
-as usual and gives the same results; where XLA refuses it, `first_that_compiles` falls back too.
+as usual and gives the same results; where XLA refuses it, `first_that_compiles` falls back too. `JAXSAT_ONE_FUNCTION=0`
+in the environment switches it off.
 """
 
 import functools
+import os
 from collections.abc import Callable, Mapping
 from typing import Any, ParamSpec, TypeVar, cast
 
@@ -95,6 +97,8 @@ def _packed(arrays: list) -> tuple[list, Callable[[list], list]]:
 
 def _metadata() -> Callable | None:
     """What marks a program; None where XLA cannot be told, or nobody has tried."""
+    if os.environ.get("JAXSAT_ONE_FUNCTION") == "0":
+        return None
     if jax.default_backend() != "cpu" or jax.__version_info__[:2] != TRIED:
         return None
     try:
