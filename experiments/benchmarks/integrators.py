@@ -48,7 +48,7 @@ from jaxsat.dynamics import AttitudeState, rigid_body
 from jaxsat.environment import InternalField, KeplerOrbit, igrf_field
 from jaxsat.environment.surroundings import Surroundings
 from jaxsat.integrators import AdamsGrid
-from jaxsat.math.one_function import compiled, whole_or_usual
+from jaxsat.math.one_function import WIDE, compiled, whole_or_usual
 from jaxsat.simulate import simulate, simulate_many, simulate_on_grid
 from jaxsat.simulate.parts import advance_parts
 from jaxsat.spacecraft import MagneticRods, SolarPanels, Spacecraft, box_normals
@@ -64,7 +64,6 @@ SENSITIVITY_STEP = 4.5
 BATCHED, LANES = 512, 8
 """Trajectories whose sensitivities are taken at once, and how many of them side by side."""
 THREADS = os.cpu_count() or 1
-WIDE = {"xla_cpu_prefer_vector_width": 512}
 
 
 def surroundings(job: Job) -> Surroundings:

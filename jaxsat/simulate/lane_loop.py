@@ -14,15 +14,13 @@ from jaxsat.dynamics import AttitudeState, RigidBody
 from jaxsat.environment import OrbitTable
 from jaxsat.environment.cells import Cells
 from jaxsat.math.case_scan import stored
-from jaxsat.math.one_function import whole_or_usual
+from jaxsat.math.one_function import WIDE, whole_or_usual
 from jaxsat.math.runge_kutta import Tableau
 from jaxsat.math.scalars import elements, over_cases
 from jaxsat.math.weighted_sum import weighted_sum
 from jaxsat.simulate.lanes import Lane, Mark, Own, Taken, planned, settled, slope, started
 from jaxsat.torques.branches import lag_from_nearness
 
-WIDE = {"xla_cpu_prefer_vector_width": 512}
-"""The compiler prefers half of a 512-bit register, a third slower; narrower processors do not mind."""
 STRETCH = 8192
 """Passes between two looks of the host."""
 BRIEF = 1e-9

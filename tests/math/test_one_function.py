@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxsat.math.one_function import TRIED, compiled, first_that_compiles, in_one_function
+from jaxsat.math.one_function import TRIED, WIDE, compiled, first_that_compiles, in_one_function
 
 
 def turns(angle, start):
@@ -74,6 +74,14 @@ def test_what_xla_refuses_in_one_function_is_compiled_as_usual():
     matrix = np.array([[2.0, 1.0], [1.0, 3.0]])
     found = compiled(lambda a, b: jnp.sort(jnp.linalg.solve(a, b)))(jnp.asarray(matrix), jnp.array([5.0, 0.0]))
     np.testing.assert_allclose(found, [-1.0, 3.0], rtol=1e-14)
+
+
+def test_wide_registers_leave_elementary_functions_right():
+    x = np.linspace(-0.95, 0.95, 1000)
+    for name in ("arctan", "tan", "arcsin", "arccos", "tanh", "exp", "log1p", "sqrt", "cbrt"):
+        argument = np.abs(x) if name == "sqrt" else x
+        found = jax.jit(getattr(jnp, name), compiler_options=WIDE)(argument)
+        np.testing.assert_allclose(found, getattr(np, name)(argument), rtol=1e-13, atol=1e-15, err_msg=name)
 
 
 def test_without_what_it_leans_on_the_result_is_the_same(monkeypatch):

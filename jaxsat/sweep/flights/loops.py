@@ -32,9 +32,8 @@ from jaxsat.control.loops import (
     vehicle,
 )
 from jaxsat.control.loops.vehicle import inverse_without_wheels, own_parts
-from jaxsat.math.one_function import first_that_compiles, in_one_function
+from jaxsat.math.one_function import WIDE, first_that_compiles, in_one_function
 from jaxsat.satellites.model import Model
-from jaxsat.simulate.lane_loop import WIDE
 from jaxsat.sweep.flights.flight import Flight
 from jaxsat.sweep.flights.inputs import start_inputs
 from jaxsat.sweep.flights.spread import Spread, drawn_model

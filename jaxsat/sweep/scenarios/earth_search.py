@@ -218,11 +218,10 @@ def _compiled(settings: "LoopSettings", periods: int, even: bool):
 
     from jaxsat.control.earth_search.cases import run_cases
     from jaxsat.environment.albedo.infrared import random_brightness
-    from jaxsat.math.one_function import first_that_compiles, in_one_function
+    from jaxsat.math.one_function import WIDE, first_that_compiles, in_one_function
 
     field = None if even else random_brightness(0)
-    # The compiler prefers half of a 512-bit register; narrower processors do not mind.
-    wide = {"xla_cpu_prefer_vector_width": 512} if jax.default_backend() == "cpu" else None
+    wide = WIDE if jax.default_backend() == "cpu" else None
 
     def searched(law, cases):
         return run_cases(settings, law, cases, field, periods)
