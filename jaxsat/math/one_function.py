@@ -26,7 +26,7 @@ TRIED = (0, 10)
 
 WIDE: dict[str, Any] = {"xla_cpu_prefer_vector_width": 512, "xla_cpu_use_fusion_emitters": False}
 """The compiler prefers half of a 512-bit register, a third slower; narrower processors do not mind. Of XLA's two
-generators of code the older one: the other's arctangents are wrong at that width (jaxlib 0.10.2, from 64 numbers on)."""
+generators of code the older one: the other's arctangents are wrong at that width (jaxlib 0.10.2, from 64 numbers)."""
 if jax.__version_info__[:2] != TRIED:
     WIDE = {}
 NO_LIBRARIES = {"xla_cpu_experimental_ynn_fusion_type": ""}
