@@ -32,7 +32,7 @@ from jaxsat.control.loops import (
     vehicle,
 )
 from jaxsat.control.loops.vehicle import inverse_without_wheels, own_parts
-from jaxsat.math.one_function import WIDE, first_that_compiles, in_one_function
+from jaxsat.math.one_function import WIDE, whole_or_usual
 from jaxsat.satellites.model import Model
 from jaxsat.sweep.flights.flight import Flight
 from jaxsat.sweep.flights.inputs import start_inputs
@@ -190,10 +190,9 @@ class LoopCases:
         return closed_loop.run_cases(self._loop(around), fixed, start, drawn.key, _count(around))
 
     def _compiled(self, run: Callable[..., LoopState]) -> Callable[..., LoopState]:
-        plain = jax.jit(run, compiler_options=WIDE)
         if self.estimator.calls_libraries:
-            return plain
-        return first_that_compiles(jax.jit(in_one_function(run), compiler_options=WIDE), plain)
+            return jax.jit(run, compiler_options=WIDE)
+        return whole_or_usual(lambda within, *given: within(run)(*given), WIDE)
 
     @functools.cached_property
     def _history(self):

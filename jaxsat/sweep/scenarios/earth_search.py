@@ -218,19 +218,17 @@ def _compiled(settings: "LoopSettings", periods: int, even: bool):
 
     from jaxsat.control.earth_search.cases import run_cases
     from jaxsat.environment.albedo.infrared import random_brightness
-    from jaxsat.math.one_function import WIDE, first_that_compiles, in_one_function
+    from jaxsat.math.one_function import WIDE, whole_or_usual
 
     field = None if even else random_brightness(0)
-    wide = WIDE if jax.default_backend() == "cpu" else None
 
     def searched(law, cases):
         return run_cases(settings, law, cases, field, periods)
 
-    def program(run):
-        hold = HELD_PERIODS * settings.period_s
-        return jax.jit(lambda law, cases: outcome(run(law, cases), hold), compiler_options=wide)
+    def program(within, law, cases):
+        return outcome(within(searched)(law, cases), HELD_PERIODS * settings.period_s)
 
-    return first_that_compiles(program(in_one_function(searched)), program(searched))
+    return whole_or_usual(program, WIDE if jax.default_backend() == "cpu" else None)
 
 
 def outcome(state: Any, hold_s: float) -> dict[str, Any]:
