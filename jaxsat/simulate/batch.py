@@ -121,7 +121,8 @@ class Batch:
         pilot = np.concatenate([fastest, spread])
 
         def both(step):
-            return tuple(trajectory(self.run(pilot, ratio * step), None, 0) for ratio in (1.0, COARSER))
+            room = self._room(step)
+            return tuple(trajectory(self.run(pilot, ratio * step, room), None, 0) for ratio in (1.0, COARSER))
 
         first = self.first_reach(tolerance) / float(rates.max())
         first = min(first, longest_step(self.times, self.start, None) / COARSER)
@@ -158,11 +159,14 @@ class Batch:
         check_table(table, "simulate_many")
         return np.asarray(_rates(self.spacecraft, self.initial, table, body_varies=self.varies))
 
-    def run(self, chosen: np.ndarray, max_step: float) -> Float[np.ndarray, "cases samples parts"]:
-        """Components of the chosen cases at the requested times, chunk after chunk on all cores."""
+    def run(self, chosen: np.ndarray, max_step: float, room: int = 0) -> Float[np.ndarray, "cases samples parts"]:
+        """Components of the chosen cases at the requested times, chunk after chunk on all cores.
+
+        By a program with `room` for so many steps of Adams or more: that of shorter steps serves longer ones too.
+        """
         if self.in_lanes:
             return self.by_turns(chosen, np.full(len(chosen), np.inf), max_step)
-        return self._by_adams(chosen, max_step)
+        return self._by_adams(chosen, max_step, room)
 
     def by_turns(
         self, chosen: np.ndarray, reach: Float[np.ndarray, " chosen"], max_step: float
@@ -194,10 +198,13 @@ class Batch:
         check_table(table, "simulate_many")
         return jax.tree.map(lambda x: x.astype(self.initial.quaternion.dtype), table)
 
-    def _by_adams(self, chosen: np.ndarray, max_step: float) -> Float[np.ndarray, "cases samples parts"]:
+    def _room(self, max_step: float) -> int:
+        return bucket(AdamsGrid.through(self.times, start=self.start, max_step=max_step).steps)
+
+    def _by_adams(self, chosen: np.ndarray, max_step: float, room: int) -> Float[np.ndarray, "cases samples parts"]:
         grid = AdamsGrid.through(self.times, start=self.start, max_step=max_step)
         count = grid.steps
-        grid = grid.padded(bucket(count))
+        grid = grid.padded(max(room, bucket(count)))
         table = self._table(grid.node_times)
         # At the last step's end alone nothing has to be kept on the way.
         last_only = bool(np.all(self.times == self.times[-1]))

@@ -89,13 +89,16 @@ def simulate(
         _, error, motion = hold(tolerance, first, order, times * float(rate), start * float(rate), lanes)
         return dataclasses.replace(motion, error=error)
 
-    def attempt(step):
+    def attempt(step, room):
+        given = (spacecraft, initial, surroundings, times, start, torques)
         if tableau is None and np.any(times != start):
-            return _adams_at_step(spacecraft, initial, surroundings, times, start, torques, step)
-        return _at_step(spacecraft, initial, surroundings, times, start, torques, tableau or DORMAND_PRINCE_8, step)
+            return _adams_at_step(*given, step, room)
+        return _at_step(*given, tableau or DORMAND_PRINCE_8, step, room)
 
     def both(step):
-        return attempt(step), attempt(COARSER * step)
+        fine, room = attempt(step, 0)
+        # By the same program, though it needs fewer steps.
+        return fine, attempt(COARSER * step, room)[0]
 
     _, error, motion = hold(tolerance, min(first / float(rate), longest / COARSER), order, times, start, both)
     return dataclasses.replace(motion, error=error)
@@ -204,14 +207,16 @@ def _apart(p: Float[Array, "*batch 4"], q: Float[Array, "*batch 4"]) -> Float[Ar
     return quaternion.angle_between(p, q)
 
 
-def _at_step(spacecraft, initial, surroundings, times, start, torques, tableau, step) -> Trajectory:
+def _at_step(spacecraft, initial, surroundings, times, start, torques, tableau, step, room) -> tuple[Trajectory, int]:
+    """The motion, and for how many steps its program has room: `room` or more."""
     lay = functools.partial(
         StepGrid.through, times, start=start, max_step=step, tableau=tableau, stops=jumps(surroundings)
     )
     used = lay().step.shape[0]
     # Few shapes, few compilations: the steps' number is rounded up, and the rest is not computed.
-    grid = lay(pad_steps=bucket(used))
-    return _run(spacecraft, initial, surroundings, grid, torques, tableau, np.asarray(used // BLOCK))
+    room = max(room, bucket(used))
+    motion = _run(spacecraft, initial, surroundings, lay(pad_steps=room), torques, tableau, np.asarray(used // BLOCK))
+    return motion, room
 
 
 def _over_grid(within, spacecraft, initial, surroundings, grid, torques, tableau, blocks):
@@ -227,11 +232,11 @@ def _over_grid(within, spacecraft, initial, surroundings, grid, torques, tableau
 _run = whole_or_usual(_over_grid)
 
 
-def _adams_at_step(spacecraft, initial, surroundings, times, start, torques, step) -> Trajectory:
+def _adams_at_step(spacecraft, initial, surroundings, times, start, torques, step, room) -> tuple[Trajectory, int]:
     grid = AdamsGrid.through(times, start=start, max_step=step)
-    padded = grid.padded(bucket(grid.steps))
-    motion = _run_adams(spacecraft, initial, surroundings, padded, torques, np.asarray(grid.steps))
-    return dataclasses.replace(motion, grid=grid)
+    room = max(room, bucket(grid.steps))
+    motion = _run_adams(spacecraft, initial, surroundings, grid.padded(room), torques, np.asarray(grid.steps))
+    return dataclasses.replace(motion, grid=grid), room
 
 
 def _over_adams_grid(within, spacecraft, initial, surroundings, grid, torques, count):
