@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -65,7 +66,12 @@ def view_of(attitude: Rotation, sun=(0.0, 0.0, 1.0), *, position=(7e6, 0.0, 0.0)
 
 
 def readings(sensor):
-    return np.asarray(jax.jit(jax.vmap(sensor))(VIEWS))
+    return np.asarray(_readings(sensor))
+
+
+@eqx.filter_jit
+def _readings(sensor):
+    return jax.vmap(sensor)(VIEWS)
 
 
 def told(sensor, read, sigma):
@@ -93,18 +99,25 @@ def slopes(sensor, seen, *, step=1e-6):
 
     A number is counted in its own size, which is how it is moved.
     """
-    numbers, whole = ravel_pytree(sensor)
-    size = np.maximum(np.abs(np.asarray(numbers)), SMALL)
-    at = np.concatenate([np.zeros(3), np.asarray(numbers) / size])
+    numbers = np.asarray(ravel_pytree(sensor)[0])
+    size = np.maximum(np.abs(numbers), SMALL)
+    at = np.concatenate([np.zeros(3), numbers / size])
+    return tuple(np.asarray(found) for found in _all_three(sensor, at, size, seen, step))
+
+
+@eqx.filter_jit
+def _all_three(sensor, at, size, seen, step):
+    """One program for all sensors of a kind and a shape."""
+    whole = ravel_pytree(sensor)[1]
 
     def reading(x, seen):
         return whole(x[3:] * size)(turned(seen, x[:3]))
 
-    def all_three(seen):
-        ahead, behind = (jax.vmap(reading, (0, None))(at + h * np.eye(len(at)), seen) for h in (step, -step))
+    def of_one(seen):
+        ahead, behind = (jax.vmap(reading, (0, None))(at[None, :] + h * jnp.eye(len(at)), seen) for h in (step, -step))
         return jax.jacfwd(reading)(at, seen), jax.jacrev(reading)(at, seen), (ahead - behind).T / (2.0 * step)
 
-    return tuple(np.asarray(found) for found in jax.jit(jax.vmap(all_three))(seen))
+    return jax.vmap(of_one)(seen)
 
 
 def some(*numbers):
