@@ -23,7 +23,7 @@ number in front where it says what one count is (`"12.5 nT"`).
 
 A file is checked as a whole: every wrong key is told at once, with its path and, where one is close, the key that was
 meant."""
-REPEATED = ("rods", "coils", "wheels")
+REPEATED = ("rods", "coils", "wheels", "thrusters")
 """Tables of which there may be several."""
 
 

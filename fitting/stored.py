@@ -130,7 +130,11 @@ def _trace(function: Callable, leaves: list, path: Path) -> tuple[jax.export.Exp
 def _compile(lowered: Any, seldom: bool) -> Any:
     if jax.default_backend() == "cpu":
         # XLA's older code generator for CPUs takes two thirds of the time, and makes programs as fast.
-        options = {"xla_cpu_use_fusion_emitters": False, **NO_LIBRARIES, **({"xla_backend_optimization_level": 0} if seldom else {})}
+        options = {
+            "xla_cpu_use_fusion_emitters": False,
+            **NO_LIBRARIES,
+            **({"xla_backend_optimization_level": 0} if seldom else {}),
+        }
         try:
             return lowered.compile(compiler_options=options)
         except Exception:  # An XLA that has not these options any more; any other failure comes again.

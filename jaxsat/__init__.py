@@ -8,6 +8,7 @@ Nothing is imported here before it is asked for, so that `jaxsat --help` costs n
 - `jaxsat.sensors`, `jaxsat.estimation`: what it measures, and what readings say by themselves,
 - `jaxsat.control`, `jaxsat.sweep`: closed loops, and many cases of them,
 - `jaxsat.telemetry`: files,
+- `jaxsat.compiled`, `jaxsat.keep_programs`: fast programs about one trajectory, kept between runs,
 - `fitting`: identification.
 """
 
@@ -15,11 +16,15 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from jaxsat.math.one_function import compiled as compiled
+    from jaxsat.numerics import keep_programs as keep_programs
     from jaxsat.numerics import set_up_jax as set_up_jax
     from jaxsat.satellites import read_satellite as read_satellite
     from jaxsat.telemetry import read_telemetry as read_telemetry
 
 _PLACES = {
+    "compiled": "jaxsat.math.one_function",
+    "keep_programs": "jaxsat.numerics",
     "set_up_jax": "jaxsat.numerics",
     "read_satellite": "jaxsat.satellites",
     "read_telemetry": "jaxsat.telemetry",

@@ -78,7 +78,7 @@ def derivative(
     torques = torques_of(body.spacecraft, around) if body.torques is None else body.torques
     torque = sum((t(body.spacecraft, around) for t in torques), start=jnp.zeros_like(w))
     q_dot, w_dot = rigid_body_rates(q, w, torque, body.spacecraft.inertia, body.inverse_inertia)
-    return AttitudeState(q_dot, w_dot, _rod_lag_rate(body.spacecraft, around, rising))
+    return AttitudeState(q_dot, w_dot, rod_lag_rate(body.spacecraft, around, rising))
 
 
 def rigid_body_rates(
@@ -96,9 +96,10 @@ def rigid_body_rates(
     return 0.5 * quaternion.times_vector(q, w), w_dot
 
 
-def _rod_lag_rate(
+def rod_lag_rate(
     spacecraft: Spacecraft, around: BodyEnvironment, rising: Bool[Array, " rods"] | None
 ) -> Float[Array, " rods"] | None:
+    """Rate of the hysteresis rods' lag [1/s], None without them; `rising` as in `lag_rate`."""
     if around.rod_lag is None:
         return None
     user, source = "AttitudeState.rod_lag", "tabulate_orbit(..., field_rate=True)"

@@ -48,6 +48,7 @@ from jaxsat.dynamics import AttitudeState, rigid_body
 from jaxsat.environment import InternalField, KeplerOrbit, igrf_field
 from jaxsat.environment.surroundings import Surroundings
 from jaxsat.integrators import AdamsGrid
+from jaxsat.math.one_function import compiled, whole_or_usual
 from jaxsat.simulate import simulate, simulate_many, simulate_on_grid
 from jaxsat.simulate.parts import advance_parts
 from jaxsat.spacecraft import MagneticRods, SolarPanels, Spacecraft, box_normals
@@ -60,8 +61,8 @@ TORQUES = (GravityGradient(), PermanentMagnet())
 STEP = 3.6
 """Of the 10 000 cases [s]; the longest that divides the arc with the worst error below 1e-6."""
 SENSITIVITY_STEP = 4.5
-BATCHED = 512
-"""Trajectories whose sensitivities are taken at once."""
+BATCHED, LANES = 512, 8
+"""Trajectories whose sensitivities are taken at once, and how many of them side by side."""
 THREADS = os.cpu_count() or 1
 WIDE = {"xla_cpu_prefer_vector_width": 512}
 
@@ -107,10 +108,10 @@ def many(job: Job, name: str, *, dtype: Any = float, **options: Any) -> Peer:
     return Peer(f"jaxsat {name}", time.perf_counter() - began, run, lambda found: found)
 
 
-def compiled(function: Callable, *arguments: Any, options: dict | None = None) -> tuple[Callable, float]:
-    """The function compiled for the arguments, and the seconds of tracing and compiling."""
+def made(program: Callable, *arguments: Any) -> tuple[Callable, float]:
+    """A compiled program of the arguments, or of others like them, and the seconds until it has run once."""
     began = time.perf_counter()
-    program = jax.jit(function).lower(*arguments).compile(compiler_options=options)
+    jax.block_until_ready(program(*arguments))
     seconds = time.perf_counter() - began
     return lambda *others: jax.block_until_ready(program(*(others or arguments))), seconds
 
@@ -155,13 +156,20 @@ def sensitivities(job: Job, name: str, batch: int) -> Peer:
             jnp.eye(13)
         )
 
-    halves = [jnp.asarray(part) for part in np.split(unknowns, THREADS if batch % THREADS == 0 else 1, axis=1)]
-    batch //= len(halves)
-    program, seconds = compiled(jacobian, halves[0], options=WIDE)
+    # Of so few that all their tangents stay in a core's first cache, one group after the other.
+    count, batch = batch, min(batch, LANES)
+
+    def in_groups(within, x):
+        return within(lambda x: jax.lax.map(jacobian, x))(x)
+
+    groups = jnp.moveaxis(jnp.asarray(unknowns).reshape(13, -1, batch), 1, 0)
+    halves = jnp.split(groups, THREADS if len(groups) % THREADS == 0 else 1)
+    program, seconds = made(whole_or_usual(in_groups, WIDE), halves[0])
     pool = ThreadPoolExecutor(len(halves))
 
     def run():
-        return np.concatenate(list(pool.map(program, halves)), axis=2)
+        found = np.concatenate(list(pool.map(program, halves)))
+        return np.moveaxis(found, 0, -2).reshape(*found.shape[1:-1], count)
 
     def in_job_axes(found):
         unknowns_there = np.asarray(block_diag(there, axes.T, np.eye(3)))
@@ -184,14 +192,14 @@ def single(job: Job) -> dict[str, float]:
     def quaternion(start, craft, table):
         return simulate_on_grid(craft, start, table, grid, torques=TORQUES).quaternion
 
-    forward, compile_s = compiled(quaternion, start, craft, table)
-    whole, _ = compiled(lambda start, craft: quaternion(start, craft, around(grid.node_times)), start, craft)
+    forward, compile_s = made(compiled(quaternion), start, craft, table)
+    whole, _ = made(compiled(lambda start, craft: quaternion(start, craft, around(grid.node_times))), start, craft)
 
     def loss(unknowns):
         start, craft = unknowns
         return jnp.sum(quaternion(start, craft, table)[-1] * jnp.arange(4.0))
 
-    reverse, reverse_compile_s = compiled(jax.grad(loss), (start, craft))
+    reverse, reverse_compile_s = made(compiled(jax.grad(loss)), (start, craft))
     times_s = {name: timed(run, repeats=30) for name, run in (("f", forward), ("w", whole), ("r", reverse))}
     return {
         "error_claimed_rad": float(motion.error or np.nan),
@@ -210,7 +218,7 @@ def single(job: Job) -> dict[str, float]:
 def igrf_along_nodes(job: Job) -> dict[str, float]:
     """IGRF of degree 13 in inertial axes along 2000 nodes of an orbit, the orbit included."""
     around = eqx.tree_at(lambda s: s.field, surroundings(job), igrf_field(2025.5))
-    run, seconds = compiled(lambda t: around(t), jnp.linspace(0.0, job.duration, 2000))
+    run, seconds = made(jax.jit(lambda t: around(t)), jnp.linspace(0.0, job.duration, 2000))
     timing = timed(run, repeats=50)
     return {"compile_s": seconds, "run_ms": 1e3 * timing.best, "run_median_ms": 1e3 * timing.median}
 

@@ -8,12 +8,13 @@ turns it, NumPy draws it. Three runs: two orbits, the first minutes closely,
 and the same from 30 deg off. Writes JSON and pictures.
 
     .venv/bin/python experiments/estimation/nees.py --cases 1000 --out out/nees
+    .venv/bin/python experiments/estimation/nees.py --cases 1000 --outliers 0.01 --gate 0.9999 --out out/nees-gate
 """
 
 import argparse
 import json
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -44,6 +45,11 @@ class Setting:
     first_deg: float = 3.0
     first_bias_deg_s: float = 0.05
     looks_of_update: int = 3
+    gate: float | None = None
+    """Probability of a right reading to be taken; None for all."""
+    outliers: float = 0.0
+    """Share of readings that are off by `outlier_sigmas` in any direction across."""
+    outlier_sigmas: float = 20.0
 
 
 RUNS = {
@@ -81,7 +87,12 @@ def truth(setting: Setting, cases: int, seed: int) -> dict[str, np.ndarray]:
         if (k + 1) % setting.steps == 0:
             attitudes.append(attitude.as_quat(scalar_first=True))
             biases.append(bias)
-    bodies[rng.random(bodies.shape[:3]) < setting.lost] = np.nan
+    lost = rng.random(bodies.shape[:3]) < setting.lost
+    gross = rng.random(bodies.shape[:3]) < setting.outliers
+    across = np.cross(bodies[gross], rng.normal(size=(int(gross.sum()), 3)))
+    across *= setting.outlier_sigmas * sigma[np.nonzero(gross)[2], None] / np.linalg.norm(across, axis=1, keepdims=True)
+    bodies[gross] = Rotation.from_rotvec(across).apply(bodies[gross]) if gross.any() else 0.0
+    bodies[lost] = np.nan
     part = (t / setting.orbit_s) % 1.0
     bodies[(part > setting.shadow[0]) & (part < setting.shadow[1]), :, 1] = np.nan
     return {
@@ -116,7 +127,7 @@ def filtered(setting: Setting, flown: dict[str, np.ndarray]) -> dict[str, np.nda
     from jaxsat.math import quaternion
 
     gyro = GyroErrors(np.radians(setting.gyro_deg_sqrt_h) / 60.0, np.radians(setting.bias_walk_deg_s_sqrt_h) / 60.0)
-    estimator = AttitudeFilter(gyro, setting.looks_of_update)
+    estimator = AttitudeFilter(gyro, setting.looks_of_update, setting.gate)
     sigma = jnp.asarray(np.radians([setting.magnetometer_deg, setting.sun_deg]))
     known = jnp.ones(2, bool)
 
@@ -225,6 +236,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cases", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--gate", type=float, help="probability of a right reading to be taken")
+    parser.add_argument("--outliers", type=float, default=0.0, help="share of readings that are off by 20 sigmas")
     parser.add_argument("--out", type=Path, default=Path("out/nees"))
     arguments = parser.parse_args()
 
@@ -232,8 +245,9 @@ def main() -> None:
 
     set_up_jax()
     arguments.out.mkdir(parents=True, exist_ok=True)
-    document = {"cases": arguments.cases, "seed": arguments.seed, "runs": {}}
+    document = {key: getattr(arguments, key) for key in ("cases", "seed", "gate", "outliers")} | {"runs": {}}
     for name, setting in RUNS.items():
+        setting = replace(setting, gate=arguments.gate, outliers=arguments.outliers)
         flown = truth(setting, arguments.cases, arguments.seed)
         began = time.perf_counter()
         found = filtered(setting, flown)

@@ -7,7 +7,7 @@ the disturbing torques, 0.3 A m^2; three rods of 1 mm x 95 mm along each axis), 
     mean over starts of the RMS angle between magnet and field over the last orbits [deg] + price [deg/g] x mass [g].
 
 From a tumble exact derivatives are no guide, as is shown; slopes are those of the mean over starts and over a small
-spread of the designs (`fitting.sensitivity.design.slopes_of_mean`). Of captured satellites exact derivatives are
+spread of the designs (`fitting.sensitivity.means.slopes_of_runs`). Of captured satellites exact derivatives are
 good, and say what the wobble that is left is made of.
 
     .venv/bin/python -m experiments.sensitivity.passive_sizing --cases 1000 --out sensitivity
@@ -26,7 +26,8 @@ from scipy.spatial.transform import Rotation
 from experiments.sensitivity.passive_derivatives import captured_slopes, tumbling_slopes
 from experiments.sensitivity.passive_motion import Numbers, Orbits, by_orbit, demagnetised, laid
 from experiments.sensitivity.passive_picture import picture
-from fitting.sensitivity.design import descended, slopes_of_mean
+from fitting.sensitivity.design import descended
+from fitting.sensitivity.means import slopes_of_runs
 from jaxsat.constants import VACUUM_PERMEABILITY
 from jaxsat.environment import ExponentialAtmosphere, Surroundings, igrf_field, orbit_from_elements_km_deg
 
@@ -125,13 +126,14 @@ def _finite(value: float) -> float | None:
 
 def descent(orbits: Orbits, price: float, starts: dict[str, np.ndarray]):
     """A design along the slopes of the mean from the textbook's, and the way there."""
-    twice = {name: np.concatenate([each, each]) for name, each in starts.items()}
 
     def slopes_at(design, number):
-        def cost(designs):
-            return wobble(flown(designs, twice, orbits)[0]) + price * mass_g(designs)
+        def cost(moved):
+            return {"cost": wobble(flown(design + moved, starts, orbits)[0]) + price * mass_g(design + moved)}
 
-        found = slopes_of_mean(cost, design, WIDTH, len(starts["q"]), seed=number)
+        # At once: a chaotic motion is noise to every slope, whatever moves it.
+        settings = {"width": WIDTH, "seed": number, "together": True}
+        found = slopes_of_runs(cost, len(design), len(starts["q"]), **settings)["cost"]
         print(np.exp(design).round(3), round(found.mean, 2), found.slopes.round(2), found.sigma.round(2), flush=True)
         return found
 

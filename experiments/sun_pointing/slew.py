@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from jaxsat.control.sun_pointing.loop import Estimator
+    from jaxsat.control.sun_pointing.sensing import Estimator
 
 VIEW_DEG, AZIMUTH_DEG = 88.0, 35.0
 PERIODS = 400
@@ -30,7 +30,7 @@ def slew(estimator: "Estimator"):
 
     from jaxsat.control.sun_pointing.cases import Cases, run_one
     from jaxsat.control.sun_pointing.law import SunPointingLaw
-    from jaxsat.control.sun_pointing.loop import LoopSettings
+    from jaxsat.control.sun_pointing.sensing import LoopSettings
     from jaxsat.control.sun_pointing.vehicle import BODY_FROM_INSTRUMENT, nominal_vehicle
     from jaxsat.math import quaternion
 
@@ -64,7 +64,8 @@ def main() -> None:
     t_s = np.arange(float(PERIODS))
     for estimator in ("published", "tracking", "filter"):
         samples = slew(estimator)
-        (view, azimuth), (view_seen, azimuth_seen) = angles_deg(samples.sun_instrument), angles_deg(samples.estimate)
+        sun = samples.readings["all"].sun_instrument
+        (view, azimuth), (view_seen, azimuth_seen) = angles_deg(sun), angles_deg(samples.estimate.sun)
         # Near the axis an azimuth says nothing.
         clear = view > 5.0
         off = np.where(clear, (azimuth_seen - azimuth + 180.0) % 360.0 - 180.0, 0.0)
@@ -88,7 +89,7 @@ def main() -> None:
         if estimator == "published":
             from jaxsat.control.sun_pointing.vehicle import BODY_FROM_INSTRUMENT
 
-            body = samples.sun_instrument @ BODY_FROM_INSTRUMENT.T
+            body = sun @ BODY_FROM_INSTRUMENT.T
             panels["published: Sun in body axes (figure 22)"] = dict(zip("xyz", body.T, strict=True))
     figure = draw_history(
         t_s,

@@ -1,7 +1,8 @@
 """Gains of Sun pointing tuned by derivatives of means over 1000 cases, and what that gained on 1000 others.
 
-The goal is the mean of settling time [s] + `PRICE` x impulse [N s]: what a newton second is worth in seconds. Descent
-along the derivative by the logarithms of four parameters, in steps of at most 15 %.
+The goal is the mean of settling time [s] + `PRICE` x impulse [N s]: what a newton second is worth in seconds; a case
+that does not settle counts as the simulated time. Descent along the derivative by the logarithms of four knobs, in
+steps of at most 15 %.
 
     .venv/bin/python experiments/sun_pointing/tune.py --steps 12 --out out/sun-tune.json
 """
@@ -13,10 +14,18 @@ from pathlib import Path
 import numpy as np
 from rich.progress import track
 
+from fitting.sensitivity.means import slopes_of_means
+from fitting.sensitivity.means.runs import run_all
+from jaxsat.numerics import set_up_jax
+from jaxsat.sweep.scenarios.sun_pointing import make
+
 NAMES = ("attitude_gain", "rate_gain", "slew_rate", "search_rate")
+METRICS = ("settling_time_s", "impulse_N_s")
 PRICE = 3.0
 STEP = 0.15
-PERIODS = 1200
+TIME_S = 1200.0
+OTHERS = 1
+"""Seed of the cases that are not tuned on; that of the others is 0."""
 
 
 def main() -> None:
@@ -25,65 +34,48 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=12)
     parser.add_argument("--out", type=Path, default=Path("sun-tune.json"))
     arguments = parser.parse_args()
-
-    from jaxsat.numerics import set_up_jax
-
     set_up_jax()
-    import jax
-    import jax.numpy as jnp
+    scenario = make({"time_s": f"{TIME_S:g}"})
+    knobs = {knob.name: knob for knob in scenario.knobs}
+    places = [list(knobs).index(name) for name in NAMES]
 
-    from jaxsat.control.sun_pointing.cases import run_cases
-    from jaxsat.control.sun_pointing.draw import Dispersions, draw_cases
-    from jaxsat.control.sun_pointing.law import SunPointingLaw
-    from jaxsat.control.sun_pointing.loop import LoopSettings
-    from jaxsat.control.sun_pointing.sensitivity import impulse, scaled, sensitivities, settling_time
-    from jaxsat.sweep import case_keys
+    def means(log_factor: np.ndarray) -> dict[str, float]:
+        """On the other cases, as they are with these factors."""
+        moved = np.zeros((arguments.cases, len(knobs)))
+        moved[:, places] = log_factor
+        (found,) = run_all(scenario, OTHERS, [moved])
+        settled = np.isfinite(found["settling_time_s"])
+        time_s = np.where(settled, found["settling_time_s"], TIME_S)
+        goal = time_s + PRICE * found["impulse_N_s"]
+        values = (goal.mean(), time_s.mean(), found["impulse_N_s"].mean(), settled.mean())
+        return dict(zip(("goal_s", "settling_time_s", "impulse_N_s", "settled"), map(float, values), strict=True))
 
-    settings, sun_eci = LoopSettings(), jnp.array([1.0, 0.0, 0.0])
-
-    def goal(state):
-        return settling_time(state) + PRICE * impulse(state)
-
-    metrics = (goal, settling_time, impulse)
-
-    def cases(first: int):
-        return draw_cases(Dispersions(), case_keys(0, np.arange(first, first + arguments.cases)))
-
-    @jax.jit
-    def evaluate(law, drawn):
-        state = run_cases(settings, law, drawn, sun_eci, PERIODS)
-        return jnp.stack([metric(state) for metric in metrics])
-
-    def means(law, drawn) -> dict[str, float]:
-        found = np.asarray(evaluate(law, drawn))
-        good = np.isfinite(found).all(axis=0)
-        keys = ("goal_s", "settling_time_s", "impulse_N_s", "settled")
-        return dict(zip(keys, [*found[:, good].mean(axis=1).tolist(), float(good.mean())], strict=True))
-
-    nominal = SunPointingLaw()
-    training, others = cases(0), cases(10**6)
     log_factor, history = np.zeros(len(NAMES)), []
     best = (np.inf, log_factor)
     for number in track(range(arguments.steps), "steps"):
-        law, _ = scaled(nominal, training, NAMES, jnp.tile(jnp.asarray(log_factor), (arguments.cases, 1)))
-        found = sensitivities(settings, law, training, sun_eci, PERIODS, NAMES, metrics, jax.random.key(number))
-        slope = found[0].gradient
-        history.append({"log_factor": log_factor.tolist(), "mean_goal_s": found[0].mean, "gradient": slope.tolist()})
-        best = min(best, (found[0].mean, log_factor), key=lambda each: each[0])
+        at: dict[str, float] = dict(zip(NAMES, log_factor.tolist(), strict=True))
+        found = slopes_of_means(scenario, NAMES, METRICS, cases=arguments.cases, at=at).metrics
+        time_s, impulse = (found[name].slopes for name in METRICS)
+        slope, goal = time_s.slopes + PRICE * impulse.slopes, time_s.mean + PRICE * impulse.mean
+        history.append({"log_factor": log_factor.tolist(), "mean_goal_s": goal, "gradient": slope.tolist()})
+        best = min(best, (goal, log_factor), key=lambda each: each[0])
         # The steps shrink, so that the noise of the derivatives averages out.
         log_factor = log_factor - STEP / (1.0 + 0.2 * number) * slope / np.abs(slope).max()
-    tuned, _ = scaled(nominal, others, NAMES, jnp.tile(jnp.asarray(best[1]), (arguments.cases, 1)))
     result = {
         "parameters": {
-            name: {"before": float(getattr(nominal, name)), "after": float(np.asarray(getattr(tuned, name))[0])}
-            for name in NAMES
+            name: {
+                "unit": knobs[name].unit,
+                "before": knobs[name].value,
+                "after": knobs[name].value * float(np.exp(by)),
+            }
+            for name, by in zip(NAMES, best[1], strict=True)
         },
-        "others_before": means(nominal, others),
-        "others_after": means(tuned, others),
+        "others_before": means(np.zeros(len(NAMES))),
+        "others_after": means(best[1]),
         "history": history,
     }
     for name, value in result["parameters"].items():
-        print(f"{name:15s} {value['before']:.4g} -> {value['after']:.4g}")
+        print(f"{name:15s} {value['before']:.4g} -> {value['after']:.4g} {value['unit']}")
     for name, before in result["others_before"].items():
         print(f"{name:15s} {before:.4g} -> {result['others_after'][name]:.4g}   (cases that were not tuned on)")
     arguments.out.parent.mkdir(parents=True, exist_ok=True)

@@ -222,7 +222,17 @@ def _build(options: Mapping[str, str]) -> Scenario:
         return History(np.asarray(result.t_s), columns, charts, f"{study.satellite.name}; {result.verdict}")
 
     inputs = (*start_inputs(study.max_rate), *study.spread.inputs())
-    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history, inputs=inputs, draw=study.draw)
+    return Scenario(
+        NAME,
+        STATUSES,
+        METRICS,
+        CHUNK,
+        run,
+        history=history,
+        inputs=inputs,
+        draw=study.draw,
+        only_float64="a fit needs its digits",
+    )
 
 
 make = Factory(_build, OPTIONS, ASSUMPTIONS)

@@ -3,40 +3,26 @@
 A multiplicative extended Kalman filter (Lefferts, Markley & Shuster 1982; Markley & Crassidis 2014, sec. 6.2): the
 quaternion is a reference that turns with the gyro, and what is estimated are the rotation vector from it to the truth,
 in body axes, and the error of the bias. Written for one satellite: `jax.vmap` outside, `jax.lax.scan` around.
+Readings that are too far off to be noise may be refused (`AttitudeFilter.gate`).
 """
 
+import dataclasses
 from collections.abc import Sequence
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, ArrayLike, Bool, Float
+from jaxtyping import Array, ArrayLike, Float
 
+from jaxsat.estimation.attitude_readings import AttitudeReadings, attitude, directions
+from jaxsat.estimation.gate import passing
 from jaxsat.estimation.gyro_errors import GyroErrors, carried_errors, mean_turn
 from jaxsat.estimation.vectors import rotation_covariance, weighted_attitude
-from jaxsat.math import cross, float_array, inverse_3x3, is_known, quaternion, unit
+from jaxsat.math import cross, float_array, inverse_3x3, is_known, quaternion
 
-
-class AttitudeReadings(eqx.Module):
-    """What the sensors say at one time. What is not known is a drop-out, and may be anything, NaN too."""
-
-    rate: Float[Array, "3"]
-    """Of the gyro, body axes [rad/s]: the mean since the last update, as a gyro that integrates gives it. A reading of
-    the moment may stand for it where the rate hardly changes in between."""
-    body: Float[Array, "vectors 3"]
-    """Directions in body axes as measured, of any length: Sun, field, stars."""
-    eci: Float[Array, "vectors 3"]
-    """The same in inertial axes as known."""
-    sigma: Float[Array, " vectors"]
-    """1-sigma of each measured direction about each axis across it [rad]."""
-    known: Bool[Array, " vectors"]
-    """Which are measured. One with a number that is not finite, of length or sigma zero, is not in any case."""
-    attitude: Float[Array, "4"] | None = None
-    """Quaternion from body to inertial axes, as a star tracker gives it; None where there is no such sensor."""
-    attitude_sigma: Float[Array, "3"] | None = None
-    """1-sigma of it about each body axis [rad]."""
-    attitude_known: Bool[Array, ""] | None = None
+ANEW_RAD, ANEW_BIAS = 1.0, 10.0
+"""1-sigma of the attitude about each axis [rad], and factor of that of the bias, where a filter begins anew."""
 
 
 class AttitudeBelief(eqx.Module):
@@ -48,6 +34,8 @@ class AttitudeBelief(eqx.Module):
     """Of the gyro, body axes [rad/s]."""
     covariance: Float[Array, "6 6"]
     """Of the rotation vector from this attitude to the true one, body axes [rad], and of the bias less this one."""
+    refusals: Float[Array, ""] = eqx.field(default_factory=lambda: jnp.zeros(()))
+    """Updates in a row, up to now, that refused a reading; those without readings count for nothing."""
 
 
 class AttitudeEstimate(eqx.Module):
@@ -62,7 +50,9 @@ class AttitudeEstimate(eqx.Module):
     surprise: Float[Array, ""]
     """Squared innovations over their covariance: chi-square of `freedom` degrees where the filter is right (NIS)."""
     freedom: Float[Array, ""]
-    """Numbers that were measured: two a direction, three an attitude."""
+    """Numbers that were measured and taken: two a direction, three an attitude."""
+    refused: Float[Array, ""]
+    """Readings that the gate did not let pass."""
 
 
 class AttitudeFilter(eqx.Module):
@@ -72,8 +62,20 @@ class AttitudeFilter(eqx.Module):
     looks: int = eqx.field(static=True, default=3)
     """How often an update looks at the same readings, each time from where the look before has led: one is the extended
     Kalman filter, more the iterated one, which errors of many degrees at the beginning need."""
+    gate: float | None = eqx.field(static=True, default=None)
+    """Probability with which a right reading passes, as 0.9999; None for a filter that takes all. A direction or an
+    attitude is refused where its squared innovation, over the covariance that is expected of it, is beyond the
+    chi-square of this probability (Bar-Shalom, Li & Kirubarajan 2001, sec. 5.4)."""
+    patience: int = eqx.field(static=True, default=10)
+    """With so many updates in a row that refuse a reading, which chance does not bring, the belief is taken to be
+    wrong, and the filter begins anew: it takes all, its attitude open by `ANEW_RAD` and its bias by `ANEW_BIAS` times
+    what it was. A sensor that stays wrong opens it again and again, and is not to be `known`."""
 
     def __check_init__(self):
+        if self.gate is not None and not 0.0 < self.gate < 1.0:
+            raise ValueError(f"AttitudeFilter: gate must be a probability between 0 and 1, or None, got {self.gate}")
+        if self.patience < 1:
+            raise ValueError(f"AttitudeFilter: patience must be at least 1, got {self.patience}")
         if self.looks < 1:
             raise ValueError(f"AttitudeFilter: looks must be at least 1, got {self.looks}")
 
@@ -105,7 +107,7 @@ class AttitudeFilter(eqx.Module):
 
         At least two that are not parallel must be known: otherwise attitude and covariance are without meaning.
         """
-        body, eci, weight = _directions(readings)
+        body, eci, weight = directions(readings)
         q = weighted_attitude(body, eci, weight)
         # One that is not known counts as a million times worse than the best.
         sigma = jnp.where(weight > 0.0, 1.0, 1e6) / jnp.sqrt(jnp.where(weight > 0.0, weight, jnp.max(weight)))
@@ -129,7 +131,7 @@ class AttitudeFilter(eqx.Module):
         transition, added = carried_errors(self.gyro, turning, dt)
         q = _turned(belief.quaternion, dt * turning)
         covariance = transition @ belief.covariance @ transition.T + added
-        return AttitudeBelief(q, belief.bias, _symmetric(covariance))
+        return AttitudeBelief(q, belief.bias, _symmetric(covariance), belief.refusals)
 
     def corrected(self, belief: AttitudeBelief, readings: AttitudeReadings) -> tuple[AttitudeBelief, AttitudeEstimate]:
         """The belief with what the readings say of the attitude, all of them at once.
@@ -140,6 +142,9 @@ class AttitudeFilter(eqx.Module):
         Joseph's form of the covariance. Further looks are Gauss-Newton's steps to the most probable d (Bell & Cathey
         1993). Then the reference turns by d, and with it the axes of the errors (Mueller, Hehn & D'Andrea 2017).
         """
+        refused = jnp.zeros(())
+        if self.gate is not None:
+            belief, readings, refused = self._gated(belief, readings, self.gate)
         gain, gradient, information, square, freedom, change = _looked(belief, readings, None)
         for _ in range(self.looks - 1):
             gain, gradient, information, square, freedom, change = _looked(belief, readings, change[:3])
@@ -153,9 +158,25 @@ class AttitudeFilter(eqx.Module):
         turned = jnp.block([[axes, jnp.zeros_like(eye)], [jnp.zeros_like(eye), eye]])
         after = _symmetric(turned @ after @ turned.T)
         q = _turned(belief.quaternion, change[:3])
-        found = AttitudeBelief(q, belief.bias + change[3:], after)
+        found = AttitudeBelief(q, belief.bias + change[3:], after, belief.refusals)
         sigma = jnp.sqrt(jnp.diagonal(after)[:3])
-        return found, AttitudeEstimate(q, readings.rate - found.bias, found.bias, sigma, surprise, freedom)
+        return found, AttitudeEstimate(q, readings.rate - found.bias, found.bias, sigma, surprise, freedom, refused)
+
+    def _gated(self, belief, readings, gate):
+        """The belief, the readings that pass, and how many do not; after too many refusals all pass to begin anew."""
+        there, passed = passing(belief.quaternion, belief.covariance[:3, :3], readings, gate)
+        some = jnp.any(there & ~passed)
+        refusals = jnp.where(jnp.any(there), jnp.where(some, belief.refusals + 1.0, 0.0), belief.refusals)
+        anew = refusals >= self.patience
+        passed = passed | (anew & there)
+        eye = jnp.eye(3, dtype=belief.covariance.dtype)
+        zero = jnp.zeros_like(eye)
+        wide = jnp.block([[ANEW_RAD**2 * eye, zero], [zero, ANEW_BIAS**2 * belief.covariance[3:, 3:]]])
+        covariance, refusals = jnp.where(anew, wide, belief.covariance), jnp.where(anew, 0.0, refusals)
+        known = None if readings.attitude is None else passed[-1]
+        taken = dataclasses.replace(readings, known=passed[: len(readings.known)], attitude_known=known)
+        refused = jnp.sum(jnp.where(there & ~passed, 1.0, 0.0))
+        return AttitudeBelief(belief.quaternion, belief.bias, covariance, refusals), taken, refused
 
 
 def _turned(q, angle):
@@ -184,7 +205,7 @@ def _looked(belief, readings, turn):
 
 def _said(q, readings):
     """Gradient [3] and information [3 3] about the rotation vector, and innovations squared with their number."""
-    body, eci, weight = _directions(readings)
+    body, eci, weight = directions(readings)
     believed = quaternion.rotate_inverse(q, eci)
     apart = cross(body, believed)
     gradient = weight @ apart
@@ -192,34 +213,13 @@ def _said(q, readings):
     across = jnp.eye(3, dtype=q.dtype)[None] - believed[:, :, None] * believed[:, None, :]
     information = jnp.sum(weight[:, None, None] * across, axis=0)
     freedom = 2.0 * jnp.sum(jnp.where(weight > 0.0, 1.0, 0.0))
-    if readings.attitude is not None:
-        measured, weights, known = _attitude(readings)
+    seen = attitude(readings)
+    if seen is not None:
+        measured, weights, known = seen
         off = quaternion.to_rotation_vector(quaternion.multiply(quaternion.conjugate(q), measured))
         gradient, square = gradient + weights * off, square + weights @ (off * off)
         information, freedom = information + jnp.diag(weights), freedom + jnp.where(known, 3.0, 0.0)
     return gradient, information, square, freedom
-
-
-def _directions(readings):
-    """Unit vectors inside and outside, and the weights 1/sigma^2, zero and a finite vector for what is not known."""
-    body, eci, sigma = readings.body, readings.eci, readings.sigma
-    finite = jnp.all(jnp.isfinite(body) & jnp.isfinite(eci), axis=1)
-    known = readings.known & finite & jnp.isfinite(sigma) & (sigma > 0.0)
-    body, eci = (jnp.where(known[:, None], v, 0.0) for v in (body, eci))
-    known = known & jnp.any(body != 0.0, axis=1) & jnp.any(eci != 0.0, axis=1)
-    weight = jnp.where(known, 1.0 / jnp.where(known, sigma, 1.0) ** 2, 0.0)
-    return unit(body), unit(eci), weight
-
-
-def _attitude(readings):
-    """Unit quaternion, weights 1/sigma^2 [3] and whether it is known; the identity where it is not."""
-    q, sigma = readings.attitude, readings.attitude_sigma
-    known = jnp.all(jnp.isfinite(q)) & jnp.any(q != 0.0) & jnp.all(jnp.isfinite(sigma) & (sigma > 0.0))
-    if readings.attitude_known is not None:
-        known = known & readings.attitude_known
-    identity = jnp.array([1.0, 0.0, 0.0, 0.0], q.dtype)
-    weights = jnp.where(known, 1.0 / jnp.where(known, sigma, 1.0) ** 2, 0.0)
-    return quaternion.normalize(jnp.where(known, q, identity)), weights, known
 
 
 def _symmetric(matrix):

@@ -77,6 +77,14 @@ class AdamsGrid(eqx.Module):
         """Number of steps."""
         return len(self.node_times) - START_NODES + ORDER - 2
 
+    @property
+    def at_end(self) -> bool:
+        """Whether the end of the last step alone is read; False where they are not numbers of NumPy."""
+        if not (isinstance(self.sample_first, np.ndarray) and isinstance(self.sample_weights, np.ndarray)):
+            return False
+        places = np.arange(_INTERPOLATION) + self.sample_first[:, None]
+        return len(places) == 1 and bool(np.all(self.sample_weights == (places == self.steps)))
+
     def padded(self, steps: int) -> "AdamsGrid":
         """The same grid with its last node repeated up to so many steps, for programs with a traced count."""
         nodes = np.pad(self.node_times, (0, max(0, steps - self.steps)), mode="edge")

@@ -64,6 +64,8 @@ def scan_cases(
 
     def advance(carry, number):
         carry = taken(replayed, carry, number, () if drawn is None else drawn(number))
+        if inner is not None and inner.steps == 1:
+            return taken(inner_one, carry, number, inner.drawn(number, jnp.zeros_like(number))), None
         if inner is not None:
 
             def on(carry, place, inner=inner):

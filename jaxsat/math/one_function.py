@@ -48,7 +48,7 @@ def in_one_function(function: Callable[P, R]) -> Callable[P, R]:
             nonlocal result
             given = iter(arrays)
             args, kwargs = jax.tree.unflatten(structure, [next(given) if eqx.is_array(x) else x for x in leaves])
-            found, result = jax.tree.flatten(function(*args, **kwargs))
+            found, result = jax.tree.flatten(cast(Callable, function)(*args, **kwargs))
             return found
 
         # With what it closes over, which goes in too.
@@ -75,15 +75,18 @@ def _packed(arrays: list) -> tuple[list, Callable[[list], list]]:
     XLA ends the process over an array that comes in and is carried through a loop in which nobody reads it, and over
     one without elements, in or out. Of a longer vector, whose last element is read, each is a part.
     """
-    arrays = [jnp.asarray(x) for x in arrays]
+    kinds = [jax.random.key_impl(x) if jnp.issubdtype(x.dtype, jax.dtypes.prng_key) else None for x in arrays]
+    pairs = zip(arrays, kinds, strict=True)
+    arrays = [jnp.asarray(x) if kind is None else jax.random.key_data(x) for x, kind in pairs]
     types = list(dict.fromkeys(x.dtype for x in arrays))
     vectors = [jnp.concatenate([x.reshape(-1) for x in arrays if x.dtype == t] + [jnp.zeros(1, t)]) for t in types]
 
     def unpacked(vectors):
         begin, found = [0] * len(types), []
-        for x in arrays:
+        for x, kind in zip(arrays, kinds, strict=True):
             of = types.index(x.dtype)
-            found.append(vectors[of][begin[of] : begin[of] + x.size].reshape(x.shape))
+            part = vectors[of][begin[of] : begin[of] + x.size].reshape(x.shape)
+            found.append(part if kind is None else jax.random.wrap_key_data(part, impl=kind))
             begin[of] += x.size
         return found
 
@@ -107,12 +110,18 @@ def whole_or_usual(program: Callable[..., R], options: Mapping[str, Any] | None 
     What the program calls as `within(part)(*arrays)` is one function of machine code, or `part` itself where XLA
     refuses that. `options` are the compiler's.
     """
-    options = dict(options or {})
-    usual = eqx.filter_jit(functools.partial(program, lambda part: part), compiler_options=options)
-    if _metadata() is None:
-        return usual
-    whole = eqx.filter_jit(functools.partial(program, in_one_function), compiler_options=options | NO_LIBRARIES)
-    return first_that_compiles(whole, usual)
+
+    def made(within, options):
+        return cast(Any, eqx.filter_jit)(functools.partial(program, within), compiler_options=options)
+
+    @functools.cache
+    def chosen():
+        # At the first call: to ask for the device begins JAX.
+        own = dict(options or {})
+        usual = made(lambda part: part, own)
+        return usual if _metadata() is None else first_that_compiles(made(in_one_function, own | NO_LIBRARIES), usual)
+
+    return lambda *args, **kwargs: chosen()(*args, **kwargs)
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
@@ -130,12 +139,12 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
         def of_arrays(arrays):
             nonlocal static
             args, kwargs = eqx.combine(arrays, rest)
-            found, static = eqx.partition(function(*args, **kwargs), eqx.is_array)
+            found, static = eqx.partition(cast(Callable, function)(*args, **kwargs), eqx.is_array)
             return found
 
         return eqx.combine(within(of_arrays)(arrays), static)
 
-    return functools.wraps(function)(whole_or_usual(whole))
+    return cast(Callable[P, R], functools.wraps(cast(Callable, function))(whole_or_usual(whole)))
 
 
 def first_that_compiles(first: Callable[P, R], other: Callable[P, R]) -> Callable[P, R]:

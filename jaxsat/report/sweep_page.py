@@ -6,6 +6,7 @@ percentiles are always those of all cases.
 """
 
 import base64
+import math
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -40,6 +41,8 @@ def sweep_page(
     on the share that succeeded; `png` is the picture of the distributions for whoever has no script.
     """
     cases, failed = summary["cases"], summary["cases"] - summary["succeeded"]
+    compared = summary.get("compared_with_float64")
+    spoilt = compared is not None and not compared["holds"]
     title = f"{title_of_scenario(scenario.name)}: {_thousands(cases)} cases"
     options = ", ".join(f"{name} = {value}" for name, value in summary["options"].items())
     words = shlex.join(command)
@@ -52,16 +55,22 @@ def sweep_page(
         _percentiles(metrics),
         Remarks("What the percentiles leave out", _left_out(metrics)),
         _failures(scenario, status, words),
+        *([] if compared is None else [_comparison(compared, metrics)]),
         Remarks("Assumed", scenario.assumptions),
         Facts("Options", [(name, str(value)) for name, value in summary["options"].items()]),
         Facts("Drawn for each case", [_drawn(one) for one in scenario.inputs]),
     ]
     return page(
         title,
-        subtitle=", ".join(filter(None, [f"seed {summary['seed']}", options and "options below"])),
-        verdict="good" if not failed else "doubtful" if failed < cases else "bad",
-        verdict_text=f"{_thousands(summary['succeeded'])} of {_thousands(cases)} cases succeeded.",
-        message=f"{success} {_reasons(summary, failed)}",
+        subtitle=", ".join(
+            filter(
+                None, [f"seed {summary['seed']}", "" if compared is None else "float32", options and "options below"]
+            )
+        ),
+        verdict="bad" if failed == cases or spoilt else "doubtful" if failed else "good",
+        verdict_text=f"{_thousands(summary['succeeded'])} of {_thousands(cases)} cases succeeded"
+        f"{', in a precision that is not good enough' if spoilt else ''}.",
+        message=" ".join([success, _reasons(summary, failed), *([] if compared is None else [compared["message"]])]),
         sections=sections,
         data=_data(scenario, summary, status, metrics, column, chosen, words),
         script="sweep",
@@ -127,6 +136,17 @@ def _failures(scenario: Scenario, status: np.ndarray, words: str) -> Table:
         if which:
             rows.append((name.replace("_", " "), _thousands(len(which)), spans_text(which, SPANS)))
     return Table("Why cases failed", ("because", "cases", "which"), rows, (1,), note=f"To look at one: {words} NUMBER")
+
+
+def _comparison(compared: Mapping[str, Any], metrics: Sequence[MetricSummary]) -> Table:
+    """How far cases in single precision are from the same cases in double."""
+    titles, rows = {m.name: m.title for m in metrics}, []
+    for name, m in compared["metrics"].items():
+        shares = [f"{100.0 * m[key]:.2g} %" for key in ("median_over_spread", "percentiles_over_spread")]
+        numbers = (_text(math.nan if m[key] is None else m[key]) for key in ("median", "largest"))
+        rows.append((titles[name], *numbers, unit_text(m["unit"]), *shares, _thousands(m["of"])))
+    columns = ("outcome", "median", "largest", "unit", "median of spread", "percentiles moved", "of cases")
+    return Table("Single precision: how far from double", columns, rows, (1, 2, 4, 5, 6), note=compared["message"])
 
 
 def _drawn(one) -> tuple[str, str]:

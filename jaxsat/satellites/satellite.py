@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, final
 
 from jaxsat.errors import InputError
 from jaxsat.satellites.sections.file import SatelliteFile, checked
-from jaxsat.satellites.sections.parts import Coil, Wheel
+from jaxsat.satellites.sections.parts import Coil, Thruster, Wheel
 from jaxsat.satellites.sections.session import (
     ChannelSettings,
     MotionSettings,
@@ -54,6 +54,7 @@ class Satellite:
     """Units of further columns that the model reads, commands and measured currents, by name."""
     coils: tuple[Coil, ...] = ()
     wheels: tuple[Wheel, ...] = ()
+    thrusters: tuple[Thruster, ...] = ()
     """As the file has them; `jaxsat.satellites.actuators` makes them what control laws command."""
     tables: Mapping[str, Any] = field(default_factory=dict)
     """The file's own, as they were read."""
@@ -111,6 +112,7 @@ def _built(file: SatelliteFile, path: Path) -> Satellite:
         columns=columns,
         coils=file.coils,
         wheels=file.wheels,
+        thrusters=file.thrusters,
     )
 
 

@@ -96,7 +96,8 @@ def by_adams(
     many = initial.quaternion.ndim == 2
     cases_last = jax.tree.map(lambda x: jnp.moveaxis(x, 0, -1), initial) if many else initial
     like = jax.tree.map(lambda x: x[0], initial) if many else initial
-    states = advance_parts(parts_of(cases_last), like, body, table, grid, count=count)
+    at_end = count is None and grid.at_end
+    states = advance_parts(parts_of(cases_last), like, body, table, grid, count=count, last_only=at_end)
     states = jnp.moveaxis(states, -1, 0) if many else states
     lag = None if initial.rod_lag is None else states[..., 7:]
     return Trajectory(quaternion.normalize(states[..., :4]), states[..., 4:7], lag, grid=grid)

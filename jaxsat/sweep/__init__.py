@@ -9,6 +9,7 @@ from jaxsat.sweep.engines import run_local as run_local
 from jaxsat.sweep.history import History as History
 from jaxsat.sweep.history import Page as Page
 from jaxsat.sweep.inputs import Input as Input
+from jaxsat.sweep.knobs.knob import Knob as Knob
 from jaxsat.sweep.merge import merge_cases as merge_cases
 from jaxsat.sweep.own_code import CodeError as CodeError
 from jaxsat.sweep.plan import SweepPlan as SweepPlan

@@ -13,10 +13,11 @@ import pyarrow.parquet as pq
 from jaxsat.errors import InputError
 from jaxsat.files.publishing import refuse_folders
 from jaxsat.files.whole_file import write_whole
+from jaxsat.numerics import device_name
 from jaxsat.sweep.plan import CHUNKS, SweepPlan, chunk_name
 from jaxsat.sweep.scenario import Scenario, drawn_inputs, run_cases
 
-_IDENTITY = b"jaxsat.sweep"
+_IDENTITY, _DEVICE = b"jaxsat.sweep", b"jaxsat.device"
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,10 @@ def run_chunk(scenario: Scenario, plan: SweepPlan, directory: Path, number: int)
     found = run_cases(scenario, plan.seed, cases)
     found |= drawn_inputs(scenario, plan.seed, cases)
     columns = [cases[:rows], *(found[name][:rows] for name in ("status", *scenario.metrics, *scenario.input_columns))]
-    table = pa.Table.from_arrays([pa.array(column) for column in columns], schema=chunk_schema(plan, scenario))
+    schema = chunk_schema(plan, scenario)
+    # Beside the identity: a sweep may be finished on another device.
+    schema = schema.with_metadata({**schema.metadata, _DEVICE: device_name()})
+    table = pa.Table.from_arrays([pa.array(column) for column in columns], schema=schema)
     # With checksums: what a disk spoils later is found when the sweep is resumed or merged.
     path = chunk_path(directory, number)
     write_whole(path, lambda stream: pq.write_table(table, stream, write_page_checksum=True, use_dictionary=False))
@@ -80,7 +84,8 @@ def read_chunk(scenario: Scenario, plan: SweepPlan, directory: Path, number: int
     except (OSError, pa.ArrowException, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else " ".join(str(error).split())
         raise ValueError(f"cannot be read: {reason}") from None
-    if not table.schema.equals(chunk_schema(plan, scenario), check_metadata=True):
+    said = {key: text for key, text in (table.schema.metadata or {}).items() if key != _DEVICE}
+    if not table.schema.with_metadata(said).equals(chunk_schema(plan, scenario), check_metadata=True):
         raise ValueError("is of another sweep, or has other columns")
     rows = plan.rows(number)
     if table.num_rows != rows:
@@ -91,6 +96,11 @@ def read_chunk(scenario: Scenario, plan: SweepPlan, directory: Path, number: int
     if status.min() < 0 or status.max() >= len(scenario.statuses):
         raise ValueError("has an unknown status")
     return table
+
+
+def device_of(chunk: pa.Table) -> str:
+    """On which device a chunk was run, as `jaxsat.numerics.device_name` says; empty where its file does not."""
+    return (chunk.schema.metadata or {}).get(_DEVICE, b"").decode()
 
 
 def find_missing(

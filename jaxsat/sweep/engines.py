@@ -2,9 +2,7 @@
 
 import logging
 import os
-import signal
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
@@ -17,7 +15,7 @@ from jaxsat.errors import InputError
 from jaxsat.sweep.chunks import ChunkDone, chunk_path, run_chunk
 from jaxsat.sweep.plan import SweepPlan
 from jaxsat.sweep.scenario import Scenario
-from jaxsat.sweep.signals import POLL_S, noted_signals
+from jaxsat.sweep.signals import POLL_S, deaf_children, noted_signals
 from jaxsat.sweep.source import Source
 
 OnDone = Callable[[ChunkDone], None]
@@ -160,21 +158,10 @@ def _client(scheduler: str | None, workers: int) -> Iterator[Any]:
         "threads_per_worker": 1,
         "dashboard_address": None,
         "silence_logs": logging.CRITICAL,
+        # Which XLA reads: else each worker has a thread for every core, and they get into each other's way.
+        "env": {"NPROC": str(max(1, _cores() // workers))},
     }
-    with _deaf_children():
+    with deaf_children():
         cluster = LocalCluster(**settings)
     with cluster, Client(cluster) as client:
         yield client
-
-
-@contextmanager
-def _deaf_children() -> Iterator[None]:
-    """Processes started inside do not hear Ctrl-C, which goes to all: they are ended in order by this one."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)

@@ -1,5 +1,6 @@
 """From the chunks of a finished sweep to one table."""
 
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ import pyarrow.parquet as pq
 
 from jaxsat.errors import InputError
 from jaxsat.files.whole_file import write_whole
-from jaxsat.sweep.chunks import chunk_path, number_fields, read_chunk
+from jaxsat.sweep.chunks import chunk_path, device_of, number_fields, read_chunk
 from jaxsat.sweep.plan import SweepPlan
 from jaxsat.sweep.scenario import Scenario
 
@@ -19,11 +20,13 @@ ROW_GROUP = 2**16
 """Rows of a row group: chunks are small, and a reader pays for each group."""
 
 
-def merge_cases(scenario: Scenario, plan: SweepPlan, directory: Path) -> np.ndarray:
+def merge_cases(
+    scenario: Scenario, plan: SweepPlan, directory: Path, *, devices: Counter[str] | None = None
+) -> np.ndarray:
     """Writes DIR/cases.parquet from all chunks, a row group at a time, and returns the status numbers [cases, int8].
 
-    Its bytes depend on the sweep alone, so that two processes may do this at once. Raises `InputError` for a chunk
-    that is absent or no good.
+    Its bytes depend on the sweep alone, so that two processes may do this at once. `devices` counts the chunks of each
+    device that has run some. Raises `InputError` for a chunk that is absent or no good.
     """
     status = np.empty(plan.cases, np.int8)
     schema = pa.schema(
@@ -39,7 +42,7 @@ def merge_cases(scenario: Scenario, plan: SweepPlan, directory: Path) -> np.ndar
     def write(stream):
         with pq.ParquetWriter(stream, schema, **settings) as writer:
             begin = 0
-            for table in _groups(scenario, plan, directory):
+            for table in _groups(scenario, plan, directory, Counter() if devices is None else devices):
                 codes = table.column("status").to_numpy()
                 status[begin : begin + len(codes)] = codes
                 begin += len(codes)
@@ -52,7 +55,7 @@ def merge_cases(scenario: Scenario, plan: SweepPlan, directory: Path) -> np.ndar
     return status
 
 
-def _groups(scenario: Scenario, plan: SweepPlan, directory: Path) -> Iterator[pa.Table]:
+def _groups(scenario: Scenario, plan: SweepPlan, directory: Path, devices: Counter[str]) -> Iterator[pa.Table]:
     """All chunks in order, as tables of `ROW_GROUP` rows."""
     rest: list[pa.Table] = []
     rows = 0
@@ -63,6 +66,9 @@ def _groups(scenario: Scenario, plan: SweepPlan, directory: Path) -> Iterator[pa
             raise
         except ValueError as error:
             raise InputError(f"{error}; --resume runs it again", file=chunk_path(directory, number)) from None
+        devices[device_of(rest[-1])] += 1
+        # What is said of a chunk is no part of the table.
+        rest[-1] = rest[-1].replace_schema_metadata()
         rows += rest[-1].num_rows
         while rows >= ROW_GROUP:
             table = pa.concat_tables(rest)

@@ -150,6 +150,7 @@ def guarded(scenario: Scenario, address: str) -> Scenario:
         run=guard(scenario.run),
         draw=scenario.draw and guard(scenario.draw),
         history=scenario.history and guard(scenario.history),
+        run_moved=scenario.run_moved and guard(scenario.run_moved),
         inputs=tuple(replace(one, of=guard(one.of)) for one in scenario.inputs),
     )
 

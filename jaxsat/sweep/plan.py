@@ -16,6 +16,7 @@ from jaxsat.files.json_files import read_json
 from jaxsat.files.publishing import refuse_folders
 from jaxsat.files.toml_files import validated
 from jaxsat.files.whole_file import locked, remove_leftovers, write_whole
+from jaxsat.numerics import Precision
 from jaxsat.setting_types import Section
 
 SCHEMA = "jaxsat.sweep-plan/1"
@@ -44,6 +45,8 @@ class SweepPlan:
     """Of the software that began the sweep: provenance, no part of its identity."""
     code: str = ""
     """SHA-256 of the file of a scenario of the user's own; empty for those of jaxsat."""
+    precision: Precision = "float64"
+    """Of all its numbers."""
 
     @property
     def chunks(self) -> int:
@@ -66,6 +69,8 @@ class SweepPlan:
     def identity(self) -> dict[str, Any]:
         """What must agree where two runs share a directory."""
         own = {"code": self.code} if self.code else {}
+        if self.precision != "float64":
+            own["precision"] = self.precision
         return {"scenario": self.scenario, "seed": self.seed, "options": self.options, "chunk": self.chunk, **own}
 
     def difference(self, other: "SweepPlan") -> str:
@@ -78,6 +83,8 @@ class SweepPlan:
                         return f"option {name} = {own.get(name, 'absent')}, not {asked.get(name, 'absent')}"
             if own != asked:
                 return f"{key.replace('chunk', 'cases of a chunk')} {own}, not {asked}"
+        if self.precision != other.precision:
+            return f"precision {self.precision}, not {other.precision}"
         if self.code != other.code:
             return "other code of its scenario, whose file has changed since"
         return ""
@@ -94,6 +101,7 @@ class _Stored(Section):
     cases: int = Field(ge=1, le=_KEYS)
     versions: dict[str, str] = {}
     code: str = ""
+    precision: Precision = "float64"
 
 
 def read_plan(directory: Path) -> SweepPlan | None:
@@ -165,5 +173,7 @@ def _write(directory: Path, plan: SweepPlan) -> None:
     stored = dataclasses.asdict(plan)
     if not plan.code:
         del stored["code"]
+    if plan.precision == "float64":
+        del stored["precision"]
     text = json.dumps({"schema": SCHEMA, **stored}, indent=2, ensure_ascii=False) + "\n"
     write_whole(directory / PLAN, lambda stream: stream.write(text.encode()))

@@ -12,7 +12,9 @@ import numpy as np
 from jaxsat.errors import InputError
 from jaxsat.sweep.history import History
 from jaxsat.sweep.inputs import PREFIX, Input, check_inputs
+from jaxsat.sweep.knobs.knob import Knob, check_knobs
 from jaxsat.sweep.pinned import pinned
+from jaxsat.sweep.precision.keys import key_of
 
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _OWN_COLUMNS = ("case", "status")
@@ -55,6 +57,16 @@ class Scenario:
     """What differs at random between its cases, with the options that it has."""
     draw: Callable[[int, np.ndarray], Any] | None = None
     """`draw(seed, cases)` returns what `run` begins from, in which each of the `inputs` finds its values."""
+    only_float64: str = ""
+    """Why it cannot be run in single precision, in words; empty where it can."""
+    knobs: tuple[Knob, ...] = ()
+    """What may be turned at it, with the options that it has: what means are differentiated by."""
+    run_moved: Callable[[int, np.ndarray, Any], Mapping[str, Any]] | None = None
+    """`run_moved(seed, cases, moved)` is `run` with the knobs of each case moved by a row of `moved` [cases knobs]: see
+    `Knob`. With zeros it has the numbers of `run` but for rounding. Of any number of cases, and from several threads;
+    where it is written in JAX throughout, exact derivatives are taken through it."""
+    horizon_s: float | None = None
+    """Simulated time of a case: up to it the mean of an endless metric goes [s]."""
 
     def __post_init__(self):
         if not 1 <= len(set(self.statuses)) == len(self.statuses) <= 127:
@@ -69,8 +81,11 @@ class Scenario:
             raise ValueError(f"Scenario {self.name}: metric {taken[0]}: names with {PREFIX} are those of inputs")
         if self.inputs and self.draw is None:
             raise ValueError(f"Scenario {self.name}: inputs need a function draw(seed, cases)")
+        if self.knobs and self.run_moved is None:
+            raise ValueError(f"Scenario {self.name}: knobs need a function run_moved(seed, cases, moved)")
         try:
             check_inputs(self.inputs, self.metrics)
+            check_knobs(self.knobs)
         except ValueError as error:
             raise ValueError(f"Scenario {self.name}: {error}") from None
 
@@ -82,7 +97,11 @@ class Scenario:
 
 def run_cases(scenario: Scenario, seed: int, cases: np.ndarray) -> dict[str, np.ndarray]:
     """Status [int8] and metrics [float64] of one chunk; `InputError` where the scenario breaks its own promise."""
-    found = scenario.run(seed, cases)
+    return checked_cases(scenario, scenario.run(seed, cases), cases)
+
+
+def checked_cases(scenario: Scenario, found: Any, cases: np.ndarray) -> dict[str, np.ndarray]:
+    """What a scenario's function returned, as status [int8] and metrics [float64]; `InputError` for anything else."""
     if not isinstance(found, Mapping):
         raise InputError(f"scenario {scenario.name}: run returned {type(found).__name__}, expected a dict of arrays")
     expected = {"status", *scenario.metrics}
@@ -120,11 +139,15 @@ def chunk_of(case: int, chunk: int) -> np.ndarray:
 
 
 def case_keys(seed: int, cases: np.ndarray) -> Any:
-    """JAX random keys [cases], each of the seed and the case's own number alone."""
+    """JAX random keys [cases], each of the seed and the case's own number alone.
+
+    In single precision they draw what they draw in double precision, rounded; but for whole numbers of a range that is
+    no power of two up to 256.
+    """
     import jax
 
     # The generator takes numbers of 32 bits; `jaxsat sweep` lets no case go beyond them.
-    return jax.vmap(jax.random.fold_in, in_axes=(None, 0))(jax.random.key(seed), cases.astype(np.uint32))
+    return jax.vmap(jax.random.fold_in, in_axes=(None, 0))(key_of(seed), cases.astype(np.uint32))
 
 
 @dataclass(frozen=True)

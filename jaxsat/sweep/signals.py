@@ -50,3 +50,16 @@ def noted_signals() -> Iterator[Callable[[], None]]:
         heed()
     finally:
         put_back()
+
+
+@contextmanager
+def deaf_children() -> Iterator[None]:
+    """Processes started inside do not hear Ctrl-C, which goes to all: they are ended in order by this one."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -1,5 +1,6 @@
 """Where a scenario comes from, in words that another process understands as well."""
 
+import dataclasses
 import functools
 import importlib
 import inspect
@@ -24,23 +25,30 @@ class Source:
     options: tuple[tuple[str, str], ...] = ()
     """Every declared option and its value."""
     prepare: str = ""
-    """`module:name` of a function without arguments, called once in each process; none where empty."""
+    """`module:name` of a function that is called once in each process; none where empty."""
     code: str = ""
     """SHA-256 of the file of a scenario of the user's own: another process finds the same one there, or says so."""
+    arguments: tuple[str | None, ...] = ()
+    """Which `prepare` gets."""
+    chunk: int = 0
+    """Cases of a chunk; 0: as many as the scenario has by itself."""
 
     @staticmethod
-    def of(address: str, given: Mapping[str, str], *, prepare: str = "") -> "Source":
+    def of(
+        address: str, given: Mapping[str, str], *, prepare: str = "", arguments: tuple[str | None, ...] = ()
+    ) -> "Source":
         """Source with the defaults of the options that are not given; `InputError` for unknown ones.
 
         An address of a file in the working folder gets its whole path.
         """
         address = located(address)
         options = tuple(factory(address).filled(given).items())
-        return Source(address, options, prepare, code_of(address))
+        return Source(address, options, prepare, code_of(address), arguments)
 
     def scenario(self) -> Scenario:
         """The scenario, made once in each process."""
-        return _made(self)
+        made = _made(dataclasses.replace(self, chunk=0))
+        return dataclasses.replace(made, chunk=self.chunk) if self.chunk else made
 
 
 def factory(address: str) -> Factory:
@@ -58,7 +66,7 @@ def factory(address: str) -> Factory:
 @functools.lru_cache(maxsize=8)
 def _made(source: Source) -> Scenario:
     if source.prepare:
-        _prepared(source.prepare)
+        _prepared(source.prepare, source.arguments)
     if source.code and is_file(source.address) and code_of(source.address) != source.code:
         raise CodeError("has changed since the sweep began; begin another", file=source.address)
     made = factory(source.address)
@@ -76,9 +84,9 @@ def _made(source: Source) -> Scenario:
 
 
 @functools.cache
-def _prepared(address: str) -> None:
-    function: Callable[[], Any] = _load(address)
-    function()
+def _prepared(address: str, arguments: tuple[str | None, ...]) -> None:
+    function: Callable[..., Any] = _load(address)
+    function(*arguments)
 
 
 def _load(address: str) -> Any:

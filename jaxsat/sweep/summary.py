@@ -147,6 +147,7 @@ def document(
         "options": as_numbers(plan.options),
         "assumptions": list(scenario.assumptions),
         "chunk": plan.chunk,
+        "precision": plan.precision,
         "succeeded": int(counts[0]),
         "success": {"share": int(counts[0]) / plan.cases, "low": low, "high": high, "of": plan.cases},
         "statuses": dict(zip(scenario.statuses, counts.tolist(), strict=True)),

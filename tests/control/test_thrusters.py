@@ -4,10 +4,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxsat.control.thrusters import Thrusters, fire
+from jaxsat.control.actuators import Thrusters, fire
 
-TORQUE, LEVER, SHORTEST = jnp.array([2.0, 4.0, 1.0]), 0.5, 0.05
-THRUSTERS = Thrusters(TORQUE, jnp.eye(3), jnp.asarray(LEVER), jnp.asarray(SHORTEST))
+TORQUE, LEVER, SHORTEST = np.array([2.0, 4.0, 1.0]), 0.5, 0.05
+THRUSTERS = Thrusters.along(np.eye(3), TORQUE, LEVER, SHORTEST)
 NO_BAND = jnp.zeros(3)
 
 
@@ -34,6 +34,6 @@ def test_limit_shortest_pulse_and_dead_band():
 
 def test_a_misaligned_thruster_turns_about_its_own_axis():
     tilted = np.array([[np.cos(0.1), 0.0, 0.0], [np.sin(0.1), 1.0, 0.0], [0.0, 0.0, 1.0]])
-    crooked = Thrusters(TORQUE, jnp.asarray(tilted), jnp.asarray(LEVER), jnp.asarray(SHORTEST))
+    crooked = Thrusters(TORQUE, tilted, LEVER, SHORTEST, np.eye(3))
     pulses = fire(crooked, jnp.array([1.0, 0.0, 0.0]), NO_BAND, 1.0)
     np.testing.assert_allclose(pulses.torque_body, tilted[:, 0], rtol=1e-15)

@@ -1,5 +1,6 @@
 """The attitude filter against closed forms, Van Loan's matrices, its own chi-squares, and differences."""
 
+import dataclasses
 import functools
 import math
 
@@ -22,6 +23,7 @@ from jaxsat.estimation import (
     triad,
     triad_covariance,
 )
+from jaxsat.estimation.gate import passing
 
 quick = functools.partial(jax.jit, compiler_options={"xla_backend_optimization_level": 0})
 carried = quick(carried_errors)
@@ -194,11 +196,19 @@ def test_slopes_are_those_of_differences_with_readings_lost():
 
 
 def test_what_it_says_of_its_errors_is_true():
-    """NEES and NIS of 300 cases over 20 minutes with an eclipse, in the bands of 1 in 2000 for all looks together."""
+    """NEES and NIS of 300 cases over 20 minutes with an eclipse, in the bands of 1 in 2000 for all looks together.
+
+    The gate lets right readings pass; beside them 200 cases with 1 % of readings that are off by 20 sigmas.
+    """
     # From 30 deg off: linear equations alone would be off by hundreds.
-    setting = Setting(dt_s=4.0, orbit_s=1200.0, looks=5, steps=60, shadow=(0.45, 0.85), first_deg=30.0)
-    flown = truth(setting, 300, 4)
-    found = filtered(setting, flown)
+    setting = Setting(dt_s=4.0, orbit_s=1200.0, looks=5, steps=60, shadow=(0.45, 0.85), first_deg=30.0, gate=0.9999)
+    flown, gross = truth(setting, 300, 4), truth(dataclasses.replace(setting, outliers=0.01), 300, 4)
+    places = {"first": 0, "first_bias": 0, "rate": 1, "body": 1, "attitude": 1, "bias": 1}
+    both = {
+        name: np.concatenate([flown[name], gross[name].take(range(200), axis)], axis) for name, axis in places.items()
+    }
+    whole = filtered(setting, flown | both)
+    found = {name: value[:, :300] for name, value in whole.items()}
     share = 1.0 - 1.0 / 2000.0 / setting.looks
     for k, row in enumerate(judged(flown, found)):
         low, high = stats.chi2.ppf([0.5 * (1.0 - share), 0.5 * (1.0 + share)], 1800.0) / 1800.0
@@ -209,6 +219,59 @@ def test_what_it_says_of_its_errors_is_true():
     # In the dark the field alone leaves more open: an eclipse there is.
     sizes = [row["attitude_deg"]["told"] for row in judged(flown, found)]
     assert max(sizes[2:4]) > 1.5 * sizes[1]
+    # The same cases with and without; of the first updates a few take an outlier, refuse what is right, begin anew.
+    clean, spoilt = (np.sqrt(np.mean(whole["made"][:, part] ** 2, axis=1)) for part in (slice(200), slice(300, 500)))
+    assert np.all(spoilt < 1.2 * clean)
+
+
+@quick
+def directions_passing(covariance, body, eci, sigma):
+    readings = AttitudeReadings(jnp.zeros(3), body, eci, sigma, jnp.ones(len(body), bool))
+    return passing(jnp.array([1.0, 0.0, 0.0, 0.0]), covariance, readings, 0.99)
+
+
+def test_the_gate_is_an_ellipse_across_the_direction():
+    """Against two by two matrices of NumPy, for errors about the edge; what is opposite does not pass."""
+    rng = np.random.default_rng(6)
+    count, root = 2000, 0.02 * rng.normal(size=(3, 3))
+    covariance, sigma, eci = root @ root.T, rng.uniform(0.01, 0.05, 2000), units(rng, 2000)
+    turned = Rotation.from_rotvec(rng.multivariate_normal(np.zeros(3), 9.0 * covariance + 0.005 * np.eye(3), count))
+    body = turned.apply(eci)
+    expected = []
+    for b, p, s in zip(body, eci, sigma, strict=True):
+        across = np.linalg.svd(p[None])[2][1:]
+        apart = across @ np.cross(b, p)
+        apart *= np.linalg.norm(b - p) / np.linalg.norm(apart)
+        within = across @ (covariance + (s**2 + 0.75 * np.trace(covariance) ** 2) * np.eye(3)) @ across.T
+        expected.append(apart @ np.linalg.solve(within, apart))
+    edge = stats.chi2.ppf(0.99, 2)
+    assert 0.2 < np.mean(np.array(expected) < edge) < 0.8
+    there, passed = directions_passing(*map(jnp.asarray, (covariance, body, eci, sigma)))
+    np.testing.assert_array_equal(passed, np.array(expected) < edge)
+    _, opposite = directions_passing(*map(jnp.asarray, (covariance, -eci, eci, sigma)))
+    assert np.all(there) and not np.any(opposite)
+
+
+def test_a_filter_that_refuses_everything_begins_anew():
+    """120 deg away from what is believed to 0.1 deg: two readings are refused, and with the third all is open."""
+    own = AttitudeFilter(GyroErrors(1e-4), gate=0.9999, patience=3)
+    belief = own.start([1.0, 0.0, 0.0, 0.0], sigma_rad=2e-3, bias_sigma_rad_s=1e-4)
+    far = jnp.array([0.5, 0.5, 0.5, 0.5])
+    none = (jnp.zeros(3), jnp.zeros((0, 3)), jnp.zeros((0, 3)), jnp.zeros(0), jnp.zeros(0, bool))
+
+    @quick
+    def run(belief):
+        return jax.lax.scan(
+            lambda b, _: own.update(b, AttitudeReadings(*none, far, 1e-3 * jnp.ones(3)), 1.0), belief, None, 12
+        )
+
+    after, seen = run(belief)
+    np.testing.assert_array_equal(seen.refused[:4], [1.0, 1.0, 0.0, 0.0])
+    np.testing.assert_array_equal(seen.freedom[:4], [0.0, 0.0, 3.0, 3.0])
+    np.testing.assert_allclose(after.quaternion, far, atol=1e-3)
+    assert float(after.refusals) == 0.0
+    with pytest.raises(ValueError, match="gate must be a probability"):
+        AttitudeFilter(GyroErrors(1e-4), gate=1.0)
 
 
 @pytest.mark.parametrize(

@@ -2,12 +2,13 @@
 
 import sys
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxsat.math.one_function import TRIED, first_that_compiles, in_one_function
+from jaxsat.math.one_function import TRIED, compiled, first_that_compiles, in_one_function
 
 
 def turns(angle, start):
@@ -32,6 +33,43 @@ def test_only_versions_that_were_tried_are_told(monkeypatch):
     assert len(TRIED) == 2
     monkeypatch.setattr("jaxsat.math.one_function.TRIED", (0, 0))
     assert in_one_function(turns) is turns
+
+
+def test_arrays_that_nobody_reads_or_that_are_empty_do_no_harm():
+    """Over either of them XLA ends the process where they go in as they are."""
+
+    def carried(angle, unread, empty):
+        def step(carry):
+            number, x, unread = carry
+            return number + 1, x + angle, unread
+
+        return jax.lax.while_loop(lambda carry: carry[0] < 5, step, (0, angle, unread))[1], empty[:, :1], unread[:0]
+
+    found = jax.jit(in_one_function(carried))(jnp.ones(3), jnp.ones((4, 2)), jnp.zeros((0, 3)))
+    np.testing.assert_array_equal(found[0], 6.0)
+    assert [part.shape for part in found[1:]] == [(0, 1), (0, 2)]
+
+
+def test_a_compiled_function_takes_and_gives_what_equinox_does():
+    class Turn(eqx.Module):
+        angle: jax.Array
+        name: str
+        seen: np.ndarray
+
+    def doubled(turn: Turn, factor: float, *, many: bool):
+        return eqx.tree_at(lambda t: t.angle, turn, factor * turn.angle), many
+
+    turn = Turn(jnp.arange(3.0), "about x", np.arange(2))
+    found, many = compiled(doubled)(turn, 2.0, many=True)
+    assert found.name == "about x" and many is True
+    np.testing.assert_array_equal(found.angle, [0.0, 2.0, 4.0])
+    np.testing.assert_array_equal(found.seen, [0, 1])
+
+
+def test_what_xla_refuses_in_one_function_is_compiled_as_usual():
+    matrix = np.array([[2.0, 1.0], [1.0, 3.0]])
+    found = compiled(lambda a, b: jnp.sort(jnp.linalg.solve(a, b)))(jnp.asarray(matrix), jnp.array([5.0, 0.0]))
+    np.testing.assert_allclose(found, [-1.0, 3.0], rtol=1e-14)
 
 
 def test_without_what_it_leans_on_the_result_is_the_same(monkeypatch):

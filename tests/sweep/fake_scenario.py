@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -52,6 +53,11 @@ make = Factory(
 def plain(options: Mapping[str, str]) -> Scenario:
     """A factory that is no more than a function."""
     return make(options)
+
+
+def fine(options: Mapping[str, str]) -> Scenario:
+    """A scenario that needs double precision."""
+    return replace(make(options), only_float64="it is too fine")
 
 
 def broken(options: Mapping[str, str]) -> Scenario:

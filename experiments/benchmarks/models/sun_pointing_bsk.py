@@ -5,10 +5,6 @@ lit, MRP feedback. The control period is 1 s. Its process must not have started 
 """
 
 import functools
-import os
-import tempfile
-import time
-from pathlib import Path
 
 import numpy as np
 from Basilisk.architecture import bskLogging, messaging  # pyright: ignore[reportMissingImports]
@@ -32,7 +28,7 @@ from Basilisk.utilities import (  # pyright: ignore[reportMissingImports]
     macros,
     simIncludeThruster,
 )
-from Basilisk.utilities.MonteCarlo.Controller import Controller  # pyright: ignore[reportMissingImports]
+from models.bsk_monte_carlo import begin, monte_carlo, number_of
 
 MASS_KG, AU_M = 1000.0, 149_597_870_693.0
 PERIOD_S, THRUSTER_STEP_S = 1.0, 0.1
@@ -148,12 +144,8 @@ def _thrusters(craft, feedback, vehicle, thrust: float, lever: float, min_pulse:
 
 def execute(quaternions, rates, seconds, sim, filename):
     """Run the case whose number the controller has put at the end of `filename`; write where it ends beside it."""
-    case = int(Path(filename).name.removeprefix("run"))
-    q, w = quaternions[case], rates[case]
-    # The rotation -q is q's, with the MRPs of the shorter turn.
-    q = np.copysign(1.0, q[0]) * q
-    sim.craft.hub.sigma_BNInit = (q[1:] / (1.0 + q[0]))[:, None].tolist()
-    sim.craft.hub.omega_BN_BInit = w[:, None].tolist()
+    case = number_of(filename)
+    begin(sim.craft.hub, quaternions[case], rates[case])
     sim.InitializeSimulation()
     sim.ConfigureStopTime(macros.sec2nano(seconds))
     sim.ExecuteSimulation()
@@ -168,32 +160,6 @@ def run(quaternions, rates, inertia, mounting, thruster, *, periods: int, worker
     """
     executing = functools.partial(execute, quaternions, rates, periods * PERIOD_S)
     creating = functools.partial(create, inertia, mounting, thruster)
-    with tempfile.TemporaryDirectory() as folder:
-        archive = Path(folder) / "archive"
-        if workers == 0:
-            archive.mkdir()
-            began, used = time.perf_counter(), _processor_s()
-            for case in range(len(rates)):
-                executing(creating(), str(archive / f"run{case}"))
-            wall, used = time.perf_counter() - began, _processor_s() - used
-        else:
-            controller = Controller()
-            controller.setSimulationFunction(creating)
-            controller.setExecutionFunction(executing)
-            controller.setExecutionCount(len(rates))
-            controller.setThreadCount(workers)
-            controller.setArchiveDir(str(archive))
-            began, used = time.perf_counter(), _processor_s()
-            # No retention policy: with one, the controller sleeps for a second after each case.
-            failed = controller.executeSimulations()
-            wall, used = time.perf_counter() - began, _processor_s() - used
-            if failed:
-                raise RuntimeError(f"Basilisk: {len(failed)} of {len(rates)} cases did not run")
-        ends = np.array([np.load(archive / f"run{case}.npy") for case in range(len(rates))])
+    wall, used, ends = monte_carlo(creating, executing, len(rates), workers)
     sun_body = np.array([RigidBodyKinematics.MRP2C(sigma)[:, 0] for sigma in ends])
     return wall, used, np.degrees(np.arccos(np.clip(sun_body @ mounting[:, 0], -1.0, 1.0)))
-
-
-def _processor_s() -> float:
-    """Of this process and of those that it has waited for."""
-    return sum(os.times()[:4])

@@ -134,6 +134,7 @@ class StartsMap:
             self.run,
             inputs=tuple(inputs),
             draw=lambda seed, cases: self._drawn(seed, int(cases[0]), len(cases)),
+            only_float64="information matrices need its digits",
         )
 
     def _instants_s(self, found: Drawn) -> np.ndarray:

@@ -8,7 +8,7 @@ mean size) are
 the last of which is the derivative of the mean by a shift of the input. The total Sobol index is bounded,
 S_Ti <= C_i nu_i / V, with the Poincare constant C_i of the input: its variance where it is normal, (b - a)^2/pi^2 where
 it is uniform (Lamboni et al. 2013). Of a function that jumps, as a settling time that is counted in control periods,
-derivatives say nothing of the jumps: `jaxsat.control.sun_pointing.sensitivity` has derivatives of means there.
+derivatives say nothing of the jumps: `fitting.sensitivity.means` has derivatives of means there.
 """
 
 import math

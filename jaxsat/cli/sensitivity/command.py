@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import CycloptsError, Parameter, validators
 
 from jaxsat.cli.shared.folders import default_folder
-from jaxsat.cli.shared.options import whole_number
+from jaxsat.cli.shared.options import check_options, whole_number
 from jaxsat.cli.shared.talk import USUAL, Talking
 
 PARTS = 10
@@ -17,7 +17,10 @@ PARTS = 10
 def sensitivity(
     place: Annotated[
         Path,
-        Parameter(help="Satellite file, TOML, for a plan; or the directory that a fit or a sweep has written."),
+        Parameter(
+            help="Satellite file, TOML, for a plan; the directory that a fit or a sweep has written; or a scenario of "
+            "jaxsat sweep, of one's own too: my_scenario.py, or module:factory."
+        ),
     ],
     /,
     *,
@@ -44,7 +47,8 @@ def sensitivity(
         ),
     ] = PARTS,
     orbit: Annotated[
-        Path | None, Parameter(help="Plan: TLE, OMM or OEM file in place of the orbit that the satellite file names.")
+        Path | None,
+        Parameter(help="Plan, scenario: TLE, OMM or OEM file in place of the orbit that the satellite file names."),
     ] = None,
     start: Annotated[
         str | None,
@@ -70,7 +74,7 @@ def sensitivity(
     seed: Annotated[
         int | None,
         Parameter(
-            help="Plan: seed of what is drawn. [default: 0]",
+            help="Plan, scenario: seed of what is drawn. [default: 0]",
             converter=whole_number,
             validator=validators.Number(gte=0, lt=2**32),
         ),
@@ -107,7 +111,11 @@ def sensitivity(
     ] = None,
     resume: Annotated[bool, Parameter(help="Finish the scenarios in DIR: run what is missing.", negative=())] = False,
     satellite: Annotated[
-        Path | None, Parameter(help="Of a fit: its satellite file, where that has modules of its own or was moved.")
+        Path | None,
+        Parameter(
+            help="Of a fit: its satellite file, where that has modules of its own or was moved. Of a scenario: that of "
+            "jaxsat sweep."
+        ),
     ] = None,
     config: Annotated[Path | None, Parameter(help="Of a fit: the configuration that it was made with.")] = None,
     together: Annotated[
@@ -120,6 +128,44 @@ def sensitivity(
         list[str] | None,
         Parameter(help="Of a sweep: vectors of which each column counts by itself, as gyro_bias.", negative=()),
     ] = None,
+    by: Annotated[
+        str | None,
+        Parameter(
+            help="Of a scenario: its knobs, as frequency,damping; jaxsat sweep SCENARIO --list tells them. "
+            "[default: all]"
+        ),
+    ] = None,
+    metrics: Annotated[
+        str | None, Parameter(help="Of a scenario: some of its metrics, and success. [default: all]")
+    ] = None,
+    options: Annotated[
+        list[str] | None,
+        Parameter(
+            name="--set",
+            help="Of a scenario: NAME=VALUE, one of its options; repeatable.",
+            negative=(),
+            validator=check_options,
+        ),
+    ] = None,
+    cases: Annotated[
+        int | None,
+        Parameter(
+            help="Of a scenario: cases, each of which is run twice a knob. [default: 500]",
+            converter=whole_number,
+            validator=validators.Number(gte=8, lte=1_000_000),
+        ),
+    ] = None,
+    width: Annotated[
+        float | None,
+        Parameter(help="Of a scenario: by what a knob is moved to both sides, 0.05 for 5 %. [default: 0.05]"),
+    ] = None,
+    at_once: Annotated[
+        bool, Parameter(help="Of a scenario: move all knobs at once, not each alone.", negative=())
+    ] = False,
+    exact: Annotated[
+        bool,
+        Parameter(help="Of a scenario: the mean of the cases' own derivatives beside, as a check.", negative=()),
+    ] = False,
     out: Annotated[Path, Parameter(help="Directory for the results.")] = default_folder("sensitivity"),
     plots: Annotated[bool, Parameter(help="Draw pictures.")] = True,
     talk: Talking = USUAL,
@@ -139,6 +185,10 @@ def sensitivity(
     Of the directory of a sweep: which drawn input drives which metric, as
     Sobol indices with 95 % intervals. Writes indices.json and indices.png.
 
+    Of a scenario: what a change of each knob, a gain, a limit, a mass or an
+    error of a sensor, does to the mean of each metric, with its error. Writes
+    slopes.json, slopes.png and report.html.
+
     Exit status: 0 done, 1 bad input, 2 wrong usage.
 
     Example: jaxsat sensitivity sat.toml --orbit sat.tle --duration 1800
@@ -150,6 +200,8 @@ def sensitivity(
     Example: jaxsat sensitivity pass-fit --consider inertia
 
     Example: jaxsat sensitivity pointing --apart gyro_bias
+
+    Example: jaxsat sensitivity point --set target=sun --by frequency,damping
     """
     began = time.perf_counter()
     chosen = {
@@ -162,8 +214,23 @@ def sensitivity(
     }
     given = {key: value for key, value in chosen.items() if value is not None}
     from jaxsat.cli.sensitivity.place import check_place, is_sweep
+    from jaxsat.cli.sensitivity.slopes import Asked, is_scenario, slopes_of
 
+    of_runs = (by, metrics, options, cases, width, at_once or None, exact or None)
+    if is_scenario(place):
+        of_others = (free, consider, config, commands, scenarios, spin, days, instants, spread, together, apart)
+        if set(given) - {"seed"} or resume or any(value is not None for value in of_others) or parts != PARTS:
+            takes = "--by, --metrics, --set, --cases, --seed, --width, --at-once, --exact, --satellite, --orbit"
+            raise CycloptsError(msg=f"a scenario takes {takes}, --out and --no-plots alone.")
+        chosen = dict(text.split("=", 1) for text in options or ())
+        chosen |= {name: str(path) for name, path in (("satellite", satellite), ("orbit", orbit)) if path is not None}
+        asked = Asked(_words(by), _words(metrics), cases, seed, width, at_once, exact)
+        slopes_of(place, chosen, asked, out, plots=plots, talk=talk)
+        return 0
     check_place(place)
+    if any(value is not None for value in of_runs):
+        msg = "--by, --metrics, --set, --cases, --width, --at-once and --exact are those of a scenario."
+        raise CycloptsError(msg=msg)
     sweep = is_sweep(place)
     if (together or apart) and not sweep:
         raise CycloptsError(msg="--together and --apart are those of the directory of a sweep.")
@@ -179,8 +246,8 @@ def sensitivity(
     if place.is_dir() and (
         given or orbit or commands or scenarios or any(v is not None for v in of_scenarios.values())
     ):
-        options = "--orbit, --start, --duration, --every, --rate, --attitude, --commands, --seed and --scenarios"
-        raise CycloptsError(msg=f"{options} are those of a plan; a fit has its own.")
+        of_plan = "--orbit, --start, --duration, --every, --rate, --attitude, --commands, --seed and --scenarios"
+        raise CycloptsError(msg=f"{of_plan} are those of a plan; a fit has its own.")
     if scenarios is None and any(value is not None for value in of_scenarios.values()):
         raise CycloptsError(msg="--spin, --days, --instants, --spread and --resume are those of --scenarios.")
     if place.is_file() and (satellite or config):
@@ -224,6 +291,10 @@ def sensitivity(
     text = sensitivity_text(found, vantage.satellite.name, drawn, whole=talk.verbose)
     talk.result(text, f"\nresults in {out}", document=out / "sensitivity.json")
     return 0
+
+
+def _words(text: str | None) -> list[str] | None:
+    return None if text is None else [word.strip() for word in text.split(",")]
 
 
 def _without(fitted: tuple[str, ...], considered: tuple[str, ...] | list[str]) -> list[str]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from cyclopts import CycloptsError
 from pydantic import ValidationError
 
+from jaxsat.cli.sensitivity.slopes import near_scenario
 from jaxsat.errors import InputError
 
 if TYPE_CHECKING:
@@ -22,6 +23,9 @@ def check_place(place: Path) -> None:
     """Raises `InputError` where there is nothing, and for a directory that is neither a fit's nor a sweep's."""
     expected = "expected a satellite file, or the directory of a fit or of a sweep"
     if not place.exists():
+        near = near_scenario(place)
+        if near:
+            raise InputError(f"no such file, directory or scenario; did you mean {near}?", file=place)
         raise InputError(f"no such file or directory; {expected}", file=place)
     if place.is_file() or (place / "fit.json").exists() or is_sweep(place):
         return

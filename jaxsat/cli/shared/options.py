@@ -33,6 +33,17 @@ def whole_number(_: Any, tokens: Sequence[Token]) -> int:
     return int(text)
 
 
+def check_options(_: Any, value: Sequence[str] | None) -> None:
+    """Refuses what is no NAME=VALUE, and a name that comes twice."""
+    for text in value or ():
+        if not re.fullmatch(r"[^=\s]+=.+", text):
+            raise ValueError(f'Expected NAME=VALUE, got "{text}".')
+    names = [text.partition("=")[0] for text in value or ()]
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
+        raise ValueError(f"{twice[0]} is set more than once.")
+
+
 def check_changes(_: Any, value: Sequence[str] | None) -> None:
     """Refuses what is no change of the data."""
     for text in value or ():

@@ -13,6 +13,7 @@ from jaxsat.cli.sweep.files import case_summary
 from jaxsat.errors import InputError
 from jaxsat.files.json_files import plain, write_json
 from jaxsat.files.staging import staged_directory
+from jaxsat.numerics import Precision
 from jaxsat.sweep import History, Page, Scenario, SweepPlan, chunk_of, drawn_inputs, read_plan, run_cases
 from jaxsat.sweep.names import title_of_scenario
 from jaxsat.sweep.scenario import as_numbers
@@ -58,7 +59,9 @@ def case_page(shown: Page, png: bytes, assumptions: Sequence[str], *, title: str
     )
 
 
-def case_document(scenario: Scenario, seed: int, case: int, options: Mapping[str, str]) -> dict[str, Any]:
+def case_document(
+    scenario: Scenario, seed: int, case: int, options: Mapping[str, str], precision: Precision = "float64"
+) -> dict[str, Any]:
     """Runs the chunk of a case and returns the content of case.json: the very numbers that a sweep has of it."""
     own = case % scenario.chunk
     cases = chunk_of(case, scenario.chunk)
@@ -67,6 +70,7 @@ def case_document(scenario: Scenario, seed: int, case: int, options: Mapping[str
         "schema": SCHEMA,
         "scenario": scenario.name,
         "seed": seed,
+        "precision": precision,
         "options": as_numbers(options),
         "assumptions": list(scenario.assumptions),
         "case": case,
@@ -91,7 +95,7 @@ def write_case(scenario: Scenario, plan: SweepPlan, out: Path, case: int, talk: 
     directory = out / f"case-{case}"
     with talk.stages(f"{scenario.name}, case {case}") as progress, staged_directory(directory, FILES) as stage:
         progress("running its chunk")
-        content = case_document(scenario, plan.seed, case, plan.options)
+        content = case_document(scenario, plan.seed, case, plan.options, plan.precision)
         if scenario.history is not None:
             progress("its history")
             write_history(stage, scenario.history(plan.seed, case), scenario, seed=plan.seed, case=case)

@@ -9,10 +9,11 @@ from typing import Annotated, Any, Literal
 from cyclopts import CycloptsError, Parameter, validators
 
 from jaxsat.cli.shared.folders import default_folder
-from jaxsat.cli.shared.options import whole_number
+from jaxsat.cli.shared.options import check_options, whole_number
 from jaxsat.cli.shared.talk import USUAL, Talking
 from jaxsat.cli.sweep.defaults import CASES, SEED
 from jaxsat.cli.sweep.scenarios import SCENARIOS, address_of
+from jaxsat.numerics import Device, Precision
 
 LARGEST = 10**9
 """Case numbers stay below what a random key can tell apart, 2^32."""
@@ -22,16 +23,6 @@ FOLDER = default_folder("sweep")
 def _check_scenario(_: Any, value: str | None) -> None:
     if value is not None:
         address_of(value)
-
-
-def _check_options(_: Any, value: list[str] | None) -> None:
-    for text in value or ():
-        if not re.fullmatch(r"[^=\s]+=.+", text):
-            raise ValueError(f'Expected NAME=VALUE, got "{text}".')
-    names = [text.partition("=")[0] for text in value or ()]
-    twice = [name for name in names if names.count(name) > 1]
-    if twice:
-        raise ValueError(f"{twice[0]} is set more than once.")
 
 
 def _shard(text: str) -> tuple[int, int]:
@@ -81,7 +72,7 @@ def sweep(
             name="--set",
             help="NAME=VALUE: an option of the scenario; repeatable.",
             negative=(),
-            validator=_check_options,
+            validator=check_options,
         ),
     ] = None,
     satellite: Annotated[
@@ -132,6 +123,26 @@ def sweep(
     scheduler: Annotated[
         str | None, Parameter(help="Address of a running dask scheduler. [default: a cluster on this machine]")
     ] = None,
+    precision: Annotated[
+        Precision | None,
+        Parameter(
+            help="Of all numbers. With float32 the first cases are run in float64 too, and how far they are apart is "
+            "told. [default: float64, or that of the sweep resumed]"
+        ),
+    ] = None,
+    device: Annotated[
+        Device | None,
+        Parameter(help="Where to compute; last digits differ from one to the other. [default: a GPU that JAX finds]"),
+    ] = None,
+    chunk: Annotated[
+        int | None,
+        Parameter(
+            help="Cases that run at once, a multiple of the scenario's own number. [default: that number; about 16 000 "
+            "on a GPU]",
+            converter=whole_number,
+            validator=validators.Number(gte=1, lte=LARGEST),
+        ),
+    ] = None,
     plots: Annotated[bool, Parameter(help="Draw pictures.")] = True,
     talk: Talking = USUAL,
 ) -> int:
@@ -175,7 +186,7 @@ def sweep(
         if listed:
             list_one(scenario, given)
             return 0
-        request = Request(scenario, cases, seed, given, out, from_stored=resume or case is not None)
+        request = Request(scenario, cases, seed, given, out, resume or case is not None, precision, device, chunk)
         source, made, plan = request.resolve()
         imported = time.perf_counter() - began
         if case is not None:

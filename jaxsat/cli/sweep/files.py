@@ -4,6 +4,8 @@ import functools
 import json
 import math
 import time
+from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +24,8 @@ from jaxsat.sweep.merge import read_metric
 from jaxsat.sweep.names import title_of_scenario
 from jaxsat.sweep.summary import document
 
+COMPARED = "compared_with_float64"
+"""Key of summary.json."""
 SPANS = 8
 """Runs of case numbers shown of each way to fail."""
 
@@ -36,17 +40,19 @@ def finish(
     began: float,
     plots: bool,
     replay: tuple[str, ...],
+    compare: Callable[[np.ndarray], dict[str, Any]] | None = None,
 ) -> tuple[dict[str, Any], np.ndarray]:
     """Merges the chunks and writes cases.parquet, distributions.png, sweep.html and summary.json.
 
     `ran` is the number of cases that this process ran in `timing["run"]` seconds; it began at `began` (perf_counter);
-    `replay` are the words of the command that shows a case. Returns the summary's content and the status numbers
-    [cases].
+    `replay` are the words of the command that shows a case; `compare(status)` says how far a sweep in single precision
+    is from one in double. Returns the summary's content and the status numbers [cases].
     """
     from jaxsat.report.sweep_page import sweep_page
 
     begin = time.perf_counter()
-    status = merge_cases(scenario, plan, directory)
+    devices: Counter[str] = Counter()
+    status = merge_cases(scenario, plan, directory, devices=devices)
     metrics = summarise(scenario, directory, status)
     png = None
     if plots:
@@ -54,11 +60,16 @@ def finish(
         write_whole(directory / "distributions.png", lambda stream, png=png: stream.write(png))
     else:
         (directory / "distributions.png").unlink(missing_ok=True)
-    merge_s = time.perf_counter() - begin
-    timing = {**timing, "merge": merge_s, "total": time.perf_counter() - began}
-    earlier = _earlier(directory / "summary.json") if ran == 0 else None
+    timing["merge"] = time.perf_counter() - begin
+    begin, path = time.perf_counter(), directory / "summary.json"
+    compared = {} if compare is None else ran == 0 and _earlier(path, COMPARED) or {COMPARED: compare(status)}
+    if compare is not None:
+        timing["compare"] = time.perf_counter() - begin
+    timing["total"] = time.perf_counter() - began
+    earlier = _earlier(path, "timing_s", "cases_per_s", "cases_run") if ran == 0 else None
     own = {"timing_s": timing, "cases_per_s": ran / timing["run"] if ran else 0.0, "cases_run": ran}
-    content, _ = plain(document(scenario, plan, status, metrics, **(earlier or own)))
+    where = {"devices": {name: count for name, count in devices.items() if name}}
+    content, _ = plain(document(scenario, plan, status, metrics, **where, **compared, **(earlier or own)))
     shown = sweep_page(
         scenario,
         content,
@@ -74,11 +85,11 @@ def finish(
     return content, status
 
 
-def _earlier(path: Path) -> dict[str, Any] | None:
-    """How long the run took that a summary tells of, for one that only merged again."""
+def _earlier(path: Path, *keys: str) -> dict[str, Any] | None:
+    """What a summary tells of the run that it is of, for one that only merged again."""
     try:
         found = json.loads(path.read_text("utf-8"))
-        return {key: found[key] for key in ("timing_s", "cases_per_s", "cases_run")}
+        return {key: found[key] for key in keys}
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
@@ -98,7 +109,7 @@ def sweep_summary(content: dict[str, Any], status: np.ndarray, *, whole: bool = 
     failed = content["cases"] - content["succeeded"]
     header = Text.assemble(
         (content["scenario"], "bold"),
-        f": {count_text(content['cases'], 'case')}, seed {content['seed']}, ",
+        f": {count_text(content['cases'], 'case')}, seed {content['seed']}{_in_single(content)}, ",
         (f"{content['succeeded']} succeeded", "bold green"),
         ", ",
         (f"{failed} failed", "bold red" if failed else ""),
@@ -123,6 +134,8 @@ def sweep_summary(content: dict[str, Any], status: np.ndarray, *, whole: bool = 
                 which = np.flatnonzero(status == code).tolist()
                 table.add_row(name.replace("_", " "), str(count), spans_text(which, len(which) if whole else SPANS))
         parts.append(table)
+    if COMPARED in content:
+        parts.extend(_comparison(content[COMPARED]))
     facts = Table.grid(padding=(0, 2))
     if not some_without:
         facts.add_row(Text("percentiles", style="dim"), f"of all {of}")
@@ -132,11 +145,26 @@ def sweep_summary(content: dict[str, Any], status: np.ndarray, *, whole: bool = 
         if "over" in m:
             text = f"{100.0 * m['over']['share']:.4g} % of {count_text(m['over']['of'], 'case')}"
             facts.add_row(Text(f"{name} over {m['over']['limit']:g}", style="dim"), text)
+    if set(content["devices"]) - {"cpu"}:
+        facts.add_row(Text("chunks on", style="dim"), ", ".join(f"{k}: {v}" for k, v in content["devices"].items()))
     seconds = ", ".join(f"{name.replace('_', ' ')} {value:.1f} s" for name, value in content["timing_s"].items())
     facts.add_row(Text("time", style="dim"), seconds)
     if content["cases_run"]:
         facts.add_row(Text("rate", style="dim"), f"{rate_text(content['cases_per_s'])}, compilation included")
     return Group(*parts, facts)
+
+
+def _in_single(content: dict[str, Any]) -> str:
+    return "" if content["precision"] == "float64" else f", in {content['precision']}"
+
+
+def _comparison(compared: dict[str, Any]) -> list[RenderableType]:
+    """How far cases in single precision are from the same in double."""
+    table = plain_table("float32 off by", "50 %", "largest", "unit", "of", "% of spread", right=(1, 2, 4, 5))
+    for name, m in compared["metrics"].items():
+        share = f"{100.0 * m['median_over_spread']:.2g}"
+        table.add_row(name, _text(m["median"]), _text(m["largest"]), unit_text(m["unit"]), str(m["of"]), share)
+    return [Text(compared["message"], style="" if compared["holds"] else "bold red"), table]
 
 
 def share_text(success: dict[str, Any]) -> str:

@@ -32,7 +32,7 @@ def list_one(scenario: str, given: Mapping[str, str]) -> None:
     """Shows what a scenario takes, draws and returns; with options `given`, what it draws with those."""
     from jaxsat.cli.shared.terminal import plain_table, show
     from jaxsat.cli.sweep.request import Request
-    from jaxsat.significant import unit_text
+    from jaxsat.significant import unit_text, value_text
     from jaxsat.sweep.source import factory
 
     source, made, _ = Request(scenario, None, None, dict(given), Path(), from_stored=False).resolve()
@@ -46,7 +46,10 @@ def list_one(scenario: str, given: Mapping[str, str]) -> None:
     for one in made.inputs:
         inputs.add_row(", ".join(one.columns), unit_text(one.unit), one.meaning)
     show(f"{made.name}: {_summary(scenario, source.address)}".rstrip(": "), options, metrics)
-    show(*([inputs] if made.inputs else []))
+    knobs = plain_table("knob", "value", "unit", "meaning", right=(1,))
+    for knob in made.knobs:
+        knobs.add_row(knob.name, value_text(knob.value, 3), unit_text(knob.unit), knob.meaning)
+    show(*([inputs] if made.inputs else []), *([knobs] if made.knobs else []))
     show(f"ends: {', '.join(word.replace('_', ' ') for word in made.statuses)}; chunks of {made.chunk} cases")
     for sentence in made.assumptions:
         show(f"assumed: {sentence}")

@@ -1,9 +1,11 @@
 """From the command line of `jaxsat sweep`, and the sweep that its directory may hold, to what is run."""
 
+import math
 import shlex
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from cyclopts import CycloptsError
 
@@ -11,10 +13,13 @@ from jaxsat import numerics
 from jaxsat.cli.sweep.defaults import CASES, SEED
 from jaxsat.cli.sweep.scenarios import SCENARIOS, address_of
 from jaxsat.errors import InputError
+from jaxsat.numerics import Device, Precision
 from jaxsat.sweep import CodeError, Scenario, Source, SweepPlan, read_plan
 from jaxsat.versions import LAST_DIGITS, versions
 
 PREPARE = "jaxsat.numerics:set_up_jax"
+GPU_CASES = 2**14
+"""Of a chunk on a GPU, where nothing else is said: less leaves it idle."""
 
 
 @dataclass(frozen=True)
@@ -29,11 +34,16 @@ class Request:
     out: Path
     from_stored: bool
     """Whether what is not given is that of the sweep in the directory."""
+    precision: Precision | None = None
+    device: Device | None = None
+    chunk: int | None = None
+    """Cases of a chunk."""
 
     @property
     def resuming(self) -> str:
         """The command that finishes the sweep; all else stands in its directory."""
-        return f"jaxsat sweep {shlex.quote(self.scenario)} --out {shlex.quote(str(self.out))} --resume"
+        device = f" --device {self.device}" if self.device else ""
+        return f"jaxsat sweep {shlex.quote(self.scenario)} --out {shlex.quote(str(self.out))} --resume{device}"
 
     @property
     def replaying(self) -> tuple[str, ...]:
@@ -46,12 +56,14 @@ class Request:
         if stored is not None and self.scenario in SCENARIOS and stored.scenario != self.scenario:
             reason = f"holds a sweep with scenario {stored.scenario}, not {self.scenario}; take another --out"
             raise InputError(reason, file=self.out)
-        notice = numerics.set_up_jax()
+        precision = self.precision or (stored.precision if stored else "float64")
+        arguments: tuple[Any, ...] = () if (precision, self.device) == ("float64", None) else (precision, self.device)
+        notice = numerics.set_up_jax(*arguments)
         if notice:
             print(f"jaxsat: {notice}", file=sys.stderr)
         given = self.options if stored is None else {**stored.options, **self.options}
         try:
-            source = Source.of(address_of(self.scenario), given, prepare=PREPARE)
+            source = Source.of(address_of(self.scenario), given, prepare=PREPARE, arguments=arguments)
             made = source.scenario()
         except CodeError:
             raise
@@ -62,5 +74,24 @@ class Request:
             raise CycloptsError(msg=str(error)) from None
         seed = self.seed if self.seed is not None else stored.seed if stored else SEED
         cases = self.cases if self.cases is not None else stored.cases if stored else CASES
-        plan = SweepPlan(made.name, seed, dict(source.options), made.chunk, cases, versions(LAST_DIGITS), source.code)
+        if made.only_float64 and precision != "float64":
+            raise CycloptsError(msg=f"{made.name} runs in float64 alone: {made.only_float64}.")
+        chunk = self._chunk_of(made, cases, stored)
+        if chunk != made.chunk:
+            source, made = replace(source, chunk=chunk), replace(made, chunk=chunk)
+        begun = {**versions(LAST_DIGITS), "device": numerics.device_name()}
+        plan = SweepPlan(made.name, seed, dict(source.options), chunk, cases, begun, source.code, precision)
         return source, made, plan
+
+    def _chunk_of(self, made: Scenario, cases: int, stored: SweepPlan | None) -> int:
+        """Cases of a chunk: as asked for, as the sweep has them, or as the device likes them."""
+        own = made.chunk
+        if self.chunk is not None:
+            if self.chunk % own:
+                raise CycloptsError(msg=f"--chunk: expected a multiple of {own} for {made.name}, got {self.chunk}.")
+            return self.chunk
+        if stored is not None and stored.chunk % own == 0:
+            return stored.chunk
+        if numerics.device_name().startswith("gpu"):
+            return own * math.ceil(min(cases, GPU_CASES) / own)
+        return own

@@ -1,16 +1,18 @@
 """Runs what is missing of a sweep, or of a shard of it, and writes the results when nothing is."""
 
+import functools
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from jaxsat.cli.shared.talk import Talk
-from jaxsat.cli.sweep.files import finish, sweep_summary
+from jaxsat.cli.sweep.files import COMPARED, finish, sweep_summary
 from jaxsat.cli.sweep.progress import SweepProgress
+from jaxsat.significant import count_text
 from jaxsat.sweep import (
     ChunkDone,
     Scenario,
@@ -24,6 +26,8 @@ from jaxsat.sweep import (
     run_local,
 )
 from jaxsat.sweep.chunks import count_absent
+from jaxsat.sweep.merge import read_metric
+from jaxsat.sweep.precision.agreement import agreement, in_double
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,9 @@ class SweepRun:
         """Runs what is missing, and merges and tells where that was the last."""
         done = self.complete(resume=resume, imported=imported, began=began, plots=plots, talk=talk)
         if done is not None:
+            compared = done[0].get(COMPARED)
+            if compared is not None and not compared["holds"] and (talk.quiet or talk.json):
+                print(f"jaxsat: warning: {compared['message']}", file=sys.stderr)
             summary = sweep_summary(*done, whole=talk.verbose)
             talk.result(summary, f"\nresults in {self.out}", document=self.out / "summary.json")
         return 0
@@ -78,8 +85,28 @@ class SweepRun:
             talk.note(f"{missing_still}: other shards have to run, or one run of all: {self.resuming}")
             return None
         return finish(
-            self.scenario, self.plan, self.out, ran=ran, timing=timing, began=began, plots=plots, replay=self.replaying
+            self.scenario,
+            self.plan,
+            self.out,
+            ran=ran,
+            timing=timing,
+            began=began,
+            plots=plots,
+            replay=self.replaying,
+            compare=None if self.plan.precision == "float64" else functools.partial(self._compare, talk),
         )
+
+    def _compare(self, talk: Talk, status: np.ndarray) -> dict[str, Any]:
+        """What single precision does to the sweep's first cases; `status` is that of all."""
+        # The scenario's own chunk: the very numbers of a sweep in double precision.
+        own = replace(self.source, chunk=0).scenario().chunk
+        first = min(own, self.plan.cases)
+        with talk.stages(f"{self.plan.scenario}, {count_text(first, 'case')}") as progress:
+            progress("in double precision too")
+            double = in_double(self.source, self.plan.seed, np.arange(own))
+        single = {name: read_metric(self.out, name)[:first] for name in self.scenario.metrics}
+        double = {name: values[:first] for name, values in double.items()}
+        return agreement(self.scenario.metrics, double, {"status": status[:first], **single})
 
     def _run(self, missing: list[int], talk: Talk) -> tuple[int, dict[str, float]]:
         """Runs chunks; returns the number of their cases and how long the first one and all of them took [s]."""

@@ -38,7 +38,10 @@ class Cases(eqx.Module):
 def run_cases(
     settings: LoopSettings, law: EarthSearchLaw, cases: Cases, field: BrightnessMap | None, periods: int
 ) -> LoopState:
-    """The state of every case after a number of control periods; leaves with the cases in front."""
+    """The state of every case after a number of control periods; leaves with the cases in front.
+
+    The law's leaves may have the cases in front as well, but for where its search begins.
+    """
     start = jax.vmap(lambda *motion: first_state(law, *motion))(*_motion(cases))
     loop, fixed = _loop(settings, law, cases, field)
     return closed_loop.run_cases(loop, fixed, start, cases.key, periods)
@@ -67,7 +70,7 @@ def _loop(settings, law, cases, field):
         return one_period(settings, law, field, vehicle, scene, turn, state, coin)
 
     of_cases = cases.scene, orbit_turn(cases.orbital_rate, settings)
-    like = jax.eval_shape(lambda: law), jax.eval_shape(nominal_vehicle), *jax.tree.map(_alone, of_cases)
+    like = jax.eval_shape(EarthSearchLaw), jax.eval_shape(nominal_vehicle), *jax.tree.map(_alone, of_cases)
     loop = closed_loop.ClosedLoop(period, like, _coins if settings.inside == "random" else None)
     return loop, (law, cases.vehicle, *of_cases)
 

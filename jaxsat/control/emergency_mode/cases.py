@@ -2,6 +2,7 @@
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 from jaxtyping import Array, Int, Key
 
 from jaxsat.control import closed_loop
@@ -25,12 +26,16 @@ class Cases(eqx.Module):
 
 
 def run_cases(supervisor: Supervisor, law: EmergencyLaw, cases: Cases, around: Leg) -> tuple[LoopState, Sample]:
-    """States at the end of a leg, and samples [cases periods ...]; all meet the same surroundings."""
+    """States at the end of a leg, and samples [cases periods ...]; all meet the same surroundings.
 
-    def one(case):
+    The law's leaves may have the cases in front as well.
+    """
+
+    def one(law, case):
         return run_leg(supervisor, law, case.vehicle, around, case.state, case.key)
 
-    return jax.vmap(one)(cases)
+    of_law = jax.tree.map(lambda leaf: 0 if jnp.ndim(leaf) else None, law)
+    return jax.vmap(one, in_axes=(of_law, 0))(law, cases)
 
 
 def run_one(

@@ -1,4 +1,8 @@
-"""The emergency mode a control period at a time: measure, filter, decide, switch the dipole, move (Somov 2018)."""
+"""The emergency mode a control period at a time: measure, filter, decide, switch the dipole, move (Somov 2018).
+
+Its motion is that of `jaxsat.control.loops`. Its period is not: it measures over the whole of one, so that a reading
+needs the motion at both ends, and while the coils rest for years a step takes four periods, which no schedule has.
+"""
 
 import math
 from collections.abc import Callable
@@ -10,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+from jaxsat.control import loops
 from jaxsat.control.attitude_error import modified_rodrigues
 from jaxsat.control.emergency_mode.law import EmergencyLaw, wanted_torque
 from jaxsat.control.emergency_mode.orbit import Leg, wanted_attitude
@@ -23,12 +28,12 @@ from jaxsat.control.emergency_mode.vehicle import (
     EmergencyVehicle,
     turned_panels,
 )
+from jaxsat.control.loops import Motion, Vehicle, motion_rates
 from jaxsat.control.magnetic_actuator import actuator_dipole
-from jaxsat.dynamics import rigid_body_rates
+from jaxsat.environment import OrbitTable
 from jaxsat.environment.orbit.sampled import hermite_coefficients
 from jaxsat.math import cross, inverse_3x3, quaternion
-from jaxsat.math.runge_kutta import RK4, runge_kutta_step
-from jaxsat.torques import gravity_gradient_torque, solar_pressure_torque
+from jaxsat.spacecraft import Spacecraft
 
 Actuator = Callable[[Float[Array, "3"], Float[Array, "3"], Float[Array, ""]], Float[Array, "3"]]
 """Dipole [A m^2] for a torque [N m], a field [T] and the largest dipole, as `actuator_dipole`."""
@@ -179,28 +184,24 @@ def moved(
 ) -> tuple[Float[Array, "4"], Float[Array, "3"]]:
     """Attitude and rate at the end of a `period` [s] of constant dipole [A m^2]: RK4, one step.
 
-    Torques: gravity gradient, dipole x field, solar pressure where the vehicle has a surface, and that of panels that
-    turn (eq. 1).
+    By the equations of every loop (`motion_rates`): gravity gradient, dipole x field, solar pressure where the vehicle
+    has a surface; and the torque of panels that turn (eq. 1).
     """
 
-    def slope(state, node):
-        q, w = state
-        inertia, inverse, facets = vehicle.inertia, vehicle.inverse_inertia, vehicle.facets
-        torque = cross(dipole, _field_body(vehicle, node.b_field_eci, q))
+    def slope(motion, node):
+        inertia, inverse, facets, torque = vehicle.inertia, vehicle.inverse_inertia, vehicle.facets, None
         if node.panels is not None:
             inertia = inertia_at(inertia, vehicle.panel_inertia, node.panels.angle)
             inverse = inverse_3x3(inertia)
-            torque = torque + panel_torque(vehicle.panel_inertia, node.panels, w)
+            torque = panel_torque(vehicle.panel_inertia, node.panels, motion.angular_velocity)
             facets = None if facets is None else turned_panels(facets, node.panels.angle)
-        torque = torque + gravity_gradient_torque(quaternion.rotate_inverse(q, node.position_eci), inertia)
-        if facets is not None:
-            sun_body = quaternion.rotate_inverse(q, node.sun_eci)
-            torque = torque + solar_pressure_torque(facets, sun_body, node.solar_pressure)
-        return rigid_body_rates(q, w, torque, inertia, inverse)
+        field = vehicle.field_error @ node.b_field_eci
+        point = OrbitTable(node.position_eci, field, sun_eci=node.sun_eci, solar_pressure=node.solar_pressure)
+        body = Vehicle(Spacecraft(inertia, facets=facets), inverse)
+        return motion_rates(body, motion, point, dipole, None, torque)
 
-    begin, middle, end = nodes
-    q, w = runge_kutta_step(RK4, slope, (q, w), period, (begin, middle, middle, end))
-    return quaternion.normalize(q), w
+    after = loops.moved(slope, Motion(q, w), period, nodes)
+    return after.quaternion, after.angular_velocity
 
 
 def _field_body(vehicle, b_field_eci, q):

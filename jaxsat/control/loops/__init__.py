@@ -17,6 +17,7 @@ from jaxsat.control.loops.loop import first_state as first_state
 from jaxsat.control.loops.loop import loop as loop
 from jaxsat.control.loops.pointing import Pointing as Pointing
 from jaxsat.control.loops.pointing import PointingWatch as PointingWatch
+from jaxsat.control.loops.readings import AbstractChannel as AbstractChannel
 from jaxsat.control.loops.readings import Channel as Channel
 from jaxsat.control.loops.readings import Reading as Reading
 from jaxsat.control.loops.readings import channel as channel
@@ -27,10 +28,12 @@ from jaxsat.control.loops.timeline import Instant as Instant
 from jaxsat.control.loops.timeline import Stage as Stage
 from jaxsat.control.loops.timeline import Timeline as Timeline
 from jaxsat.control.loops.timeline import timeline as timeline
+from jaxsat.control.loops.timeline import unchanging as unchanging
 from jaxsat.control.loops.vehicle import Motion as Motion
 from jaxsat.control.loops.vehicle import Vehicle as Vehicle
 from jaxsat.control.loops.vehicle import momentum as momentum
 from jaxsat.control.loops.vehicle import motion_rates as motion_rates
+from jaxsat.control.loops.vehicle import moved as moved
 from jaxsat.control.loops.vehicle import vehicle as vehicle
 from jaxsat.control.loops.watches import AbstractWatch as AbstractWatch
 from jaxsat.control.loops.watches import RateWatch as RateWatch

@@ -23,6 +23,10 @@ class Commands(eqx.Module):
     """[A m^2]"""
     torque: Float[Array, "3"]
     """Of the wheels on the body [N m]."""
+    thrust: Float[Array, "3"] | None = None
+    """Mean torque of the thrusters [N m]; None for none."""
+    dead_band: Float[Array, " thrusters"] | None = None
+    """Torque of each couple of them below which it stays silent [N m]; None for none."""
 
 
 class AbstractController(eqx.Module):

@@ -12,7 +12,6 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from jaxsat.control.loops.readings import Reading
 from jaxsat.control.loops.timeline import Instant
 from jaxsat.control.loops.vehicle import Motion
 from jaxsat.math import quaternion
@@ -42,6 +41,9 @@ class Estimate(eqx.Module):
     """inertial-from-body."""
     attitude_known: Bool[Array, ""] | None = None
     """Whether the attitude is known yet; None where it always is."""
+    sun: Float[Array, "3"] | None = None
+    """Direction to the Sun, in the axes of its sensor as they are known."""
+    sun_known: Bool[Array, ""] | None = None
 
 
 class AbstractEstimator(eqx.Module):
@@ -55,7 +57,7 @@ class AbstractEstimator(eqx.Module):
         """What it remembers before the first reading."""
 
     @abstractmethod
-    def update(self, memory: Any, readings: Mapping[str, Reading], now: Now) -> tuple[Any, Estimate]:
+    def update(self, memory: Any, readings: Mapping[str, Any], now: Now) -> tuple[Any, Estimate]:
         """The memory after a control period's readings, and the estimate."""
 
 
@@ -65,7 +67,7 @@ class Perfect(AbstractEstimator):
     def start(self) -> None:
         return None
 
-    def update(self, memory: None, readings: Mapping[str, Reading], now: Now) -> tuple[None, Estimate]:
+    def update(self, memory: None, readings: Mapping[str, Any], now: Now) -> tuple[None, Estimate]:
         q = now.truth.quaternion
         field = quaternion.rotate_inverse(q, now.here.b_field_eci)
         return None, Estimate(field, jnp.asarray(True), now.truth.angular_velocity, q)
@@ -77,7 +79,7 @@ class AsRead(AbstractEstimator):
     def start(self) -> None:
         return None
 
-    def update(self, memory: None, readings: Mapping[str, Reading], now: Now) -> tuple[None, Estimate]:
+    def update(self, memory: None, readings: Mapping[str, Any], now: Now) -> tuple[None, Estimate]:
         field, rate, attitude = (readings.get(name) for name in ("field", "rate", "attitude"))
         return None, Estimate(
             b_field_body=None if field is None else field.value,

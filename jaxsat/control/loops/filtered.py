@@ -1,6 +1,7 @@
 """The attitude filter as an estimator of a loop: gyro, Sun and field to attitude, rate and bias."""
 
-from typing import ClassVar
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -8,8 +9,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from jaxsat.control.loops.estimators import AbstractEstimator, Estimate, Now
-from jaxsat.control.loops.readings import Reading
-from jaxsat.estimation.attitude_filter import AttitudeBelief, AttitudeFilter, AttitudeReadings
+from jaxsat.estimation.attitude_filter import AttitudeBelief, AttitudeFilter
+from jaxsat.estimation.attitude_readings import AttitudeReadings
 from jaxsat.math import float_array
 from jaxsat.torques.abstract import required
 
@@ -42,7 +43,7 @@ class Filtered(AbstractEstimator):
         belief = AttitudeBelief(jnp.array([1.0, 0.0, 0.0, 0.0]), jnp.zeros(3), jnp.eye(6))
         return FilterMemory(belief, jnp.asarray(False))
 
-    def update(self, memory: FilterMemory, readings: dict[str, Reading], now: Now) -> tuple[FilterMemory, Estimate]:
+    def update(self, memory: FilterMemory, readings: Mapping[str, Any], now: Now) -> tuple[FilterMemory, Estimate]:
         field, rate, sun = (
             required(readings.get(name), "Filtered", f"the reading {name!r}", NEEDED)
             for name in ("field", "rate", "sun")

@@ -1,5 +1,6 @@
 """A closed loop of any satellite as one function of plant, estimator, controller and schedule."""
 
+import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
@@ -8,25 +9,23 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxsat.control.actuators import motor_torques, torquer_dipoles
+from jaxsat.control.actuators import fire, motor_torques, torquer_dipoles
 from jaxsat.control.closed_loop import ClosedLoop
 from jaxsat.control.loops.controllers import AbstractController
 from jaxsat.control.loops.estimators import AbstractEstimator, Now
-from jaxsat.control.loops.readings import Channel, Late, nothing_yet, numbers_needed, read
+from jaxsat.control.loops.readings import AbstractChannel, nothing_yet, numbers_needed, read
 from jaxsat.control.loops.samples import Sample
 from jaxsat.control.loops.schedule import Schedule
 from jaxsat.control.loops.timeline import Stage, Timeline
-from jaxsat.control.loops.vehicle import Motion, Vehicle, motion_rates
+from jaxsat.control.loops.vehicle import Motion, Vehicle, motion_rates, moved
 from jaxsat.control.loops.watches import AbstractWatch
-from jaxsat.math import quaternion
-from jaxsat.math.runge_kutta import RK4, runge_kutta_step
 
 
 class Plant(eqx.Module):
     """What is controlled: the satellite with its actuators, its sensors, and what surrounds it."""
 
     vehicle: Vehicle
-    channels: Mapping[str, Channel]
+    channels: Mapping[str, AbstractChannel]
     """Its sensors by what they see."""
     timeline: Timeline
 
@@ -35,13 +34,16 @@ class LoopState(eqx.Module):
     """One case: what moves, what is remembered, and what is switched on."""
 
     motion: Motion
-    late: dict[str, Late]
+    late: dict[str, Any]
+    """What the channels remember: readings under way."""
     estimator: Any
     controller: Any
     dipoles: Float[Array, " torquers"] | None
     """Of the torquers while they are on [A m^2]."""
     motors: Float[Array, " wheels"] | None
     """Torque of each motor on its wheel [N m]."""
+    thrust: Float[Array, "3"] | None
+    """Mean torque of the thrusters, body axes [N m]."""
     tally: Any
 
 
@@ -59,15 +61,19 @@ def loop(
     For `run_cases` and `run_one` with `fixed` = (vehicle, channels, estimator, controller), each of one case or with
     the cases in front, and a `first_state`. The objects given here say what there is, and their numbers are those of
     one case. Between the readings the motion takes the steps of the schedule with the surroundings of the plant's
-    timeline at their stages; dipoles and motor torques are constant from one switch to the next.
+    timeline at their stages; dipoles and motor torques are constant from one switch to the next. Pulses of thrusters
+    count as their mean over the period, which moves the attitude by an eighth of their acceleration times the period
+    squared at most.
     """
     fixed = (plant.vehicle, plant.channels, estimator, controller)
     like = jax.tree.map(lambda leaf: jax.ShapeDtypeStruct(jnp.shape(leaf), jnp.result_type(leaf)), fixed)
-    count, sensors = numbers_needed(plant.channels), len(plant.channels)
+    normals, uniforms = numbers_needed(plant.channels)
 
     def random(key):
+        if not uniforms:
+            return jax.random.normal(key, (normals,))
         normal, uniform = jax.random.split(key)
-        return jnp.concatenate([jax.random.normal(normal, (count - sensors,)), jax.random.uniform(uniform, (sensors,))])
+        return jnp.concatenate([jax.random.normal(normal, (normals,)), jax.random.uniform(uniform, (uniforms,))])
 
     def period(vehicle, channels, estimator, controller, state, numbers, here):
         return _decided(vehicle, channels, estimator, controller, watch, schedule.period_s, state, numbers, here)
@@ -78,7 +84,7 @@ def loop(
     return ClosedLoop(
         period,
         like,
-        random if noisy and sensors else None,
+        random if noisy and normals + uniforms else None,
         move=move,
         rows=plant.timeline.instants,
         nodes=plant.timeline.stages,
@@ -97,11 +103,12 @@ def first_state(
     torquers, wheels = plant.vehicle.torquers, plant.vehicle.wheels
     return LoopState(
         motion=motion,
-        late=dict(nothing_yet(plant.channels)),
+        late=nothing_yet(plant.channels),
         estimator=estimator.start(),
         controller=controller.start(),
         dipoles=None if torquers is None else jnp.zeros(torquers.max_dipole.shape[-1]),
         motors=None if wheels is None else jnp.zeros(wheels.inertia.shape[-1]),
+        thrust=None if plant.vehicle.thrusters is None else jnp.zeros(3),
         tally=None if watch is None else watch.start(),
     )
 
@@ -115,14 +122,20 @@ def _decided(vehicle, channels, estimator, controller, watch, period, state, num
     memory, estimate = estimator.update(state.estimator, readings, now)
     decision, commands = controller.update(state.controller, estimate, now)
     commands = jax.lax.optimization_barrier(commands)
-    dipoles = motors = None
+    dipoles = motors = pulses = None
     if vehicle.torquers is not None:
         dipoles = torquer_dipoles(vehicle.torquers, commands.dipole)
     if vehicle.wheels is not None:
         motors = motor_torques(vehicle.wheels, commands.torque, motion.wheel_speed, period)
-    sample = Sample(motion, readings, estimate, dipoles, motors)
+    if vehicle.thrusters is not None:
+        wanted = jnp.zeros(3) if commands.thrust is None else commands.thrust
+        silent = jnp.zeros(vehicle.thrusters.torque.shape) if commands.dead_band is None else commands.dead_band
+        pulses = jax.lax.optimization_barrier(fire(vehicle.thrusters, wanted, silent, period))
+    most = None if vehicle.torquers is None else vehicle.torquers.max_dipole
+    sample = Sample(motion, readings, estimate, dipoles, motors, pulses, decision, max_dipoles=most)
     tally = None if watch is None else watch.update(state.tally, sample, here)
-    return LoopState(motion, late, memory, decision, dipoles, motors, tally), sample
+    thrust = None if pulses is None else pulses.torque_body
+    return LoopState(motion, late, memory, decision, dipoles, motors, thrust, tally), sample
 
 
 def _moved(vehicle: Vehicle, state: LoopState, stage: Stage) -> LoopState:
@@ -133,10 +146,10 @@ def _moved(vehicle: Vehicle, state: LoopState, stage: Stage) -> LoopState:
         dipole = vehicle.torquers.dipole(left * state.dipoles)
     begin, middle, end = (jax.tree.map(lambda leaf, k=k: leaf[k], stage.points) for k in range(3))
 
-    def slope(motion, point):
+    def slope(motion, point, rising=None):
         motion = jax.lax.optimization_barrier(motion)
-        return jax.lax.optimization_barrier(motion_rates(vehicle, motion, point, dipole, state.motors))
+        return jax.lax.optimization_barrier(
+            motion_rates(vehicle, motion, point, dipole, state.motors, state.thrust, rising)
+        )
 
-    motion = runge_kutta_step(RK4, slope, state.motion, stage.length, (begin, middle, middle, end))
-    motion = eqx.tree_at(lambda m: m.quaternion, motion, quaternion.normalize(motion.quaternion))
-    return eqx.tree_at(lambda s: s.motion, state, motion)
+    return dataclasses.replace(state, motion=moved(slope, state.motion, stage.length, (begin, middle, end), vehicle))

@@ -1,4 +1,4 @@
-"""Pointing as a loop runs it: quaternion feedback by wheels that torquers unload, or by torquers alone."""
+"""Pointing as a loop runs it: quaternion feedback by wheels that torquers unload, by torquers alone, by thrusters."""
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -36,7 +36,8 @@ class Pointing(AbstractController):
     friction_known: Float[Array, ""] = eqx.field(converter=float_array)
     """Share of the wheels' friction that their motors make good."""
     wheels: ReactionWheels | None
-    """None for torquers alone."""
+    """None for torquers alone, or for thrusters."""
+    by_thrusters: bool = eqx.field(static=True, default=False)
 
     def start(self) -> None:
         return None
@@ -64,6 +65,8 @@ class Pointing(AbstractController):
         )
         if estimate.attitude_known is not None:
             torque = jnp.where(estimate.attitude_known, torque, 0.0)
+        if self.by_thrusters:
+            return None, Commands(jnp.zeros(3), jnp.zeros(3), torque)
         if self.wheels is None:
             return None, Commands(saturated(across_field_dipole(torque, field), self.max_dipole), jnp.zeros(3))
         if now.truth.wheel_speed is not None:
@@ -93,6 +96,8 @@ class PointingTally(eqx.Module):
     """Largest speed of a wheel over its limit."""
     impulse: Float[Array, ""]
     """Sum of the torquers' dipoles over the time they are on [A m^2 s]."""
+    thrust: Float[Array, ""]
+    """Impulse that the thrusters have spent [N s]."""
 
 
 class PointingWatch(AbstractWatch):
@@ -109,7 +114,7 @@ class PointingWatch(AbstractWatch):
 
     def start(self) -> PointingTally:
         zero = jnp.zeros(())
-        return PointingTally(zero, zero, zero, zero, zero)
+        return PointingTally(zero, zero, zero, zero, zero, zero)
 
     def update(self, tally: PointingTally, sample: Sample, here: Instant) -> PointingTally:
         error, _ = off_target(sample.motion.quaternion, sample.motion.angular_velocity, here)
@@ -125,4 +130,5 @@ class PointingWatch(AbstractWatch):
             total=tally.total + jnp.where(late, square, 0.0),
             fastest=fastest,
             impulse=tally.impulse + self.duty * self.period * jnp.sum(sample.dipole_sizes),
+            thrust=tally.thrust if sample.pulses is None else tally.thrust + sample.pulses.impulse,
         )

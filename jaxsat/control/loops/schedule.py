@@ -62,9 +62,10 @@ class Schedule:
         return math.ceil(duration_s / self.period_s * (1.0 - 1e-9))
 
 
-def step_within(tolerance: float, rate: float, duration_s: float) -> float:
+def step_within(tolerance: float, rate: float, duration_s: float, *, rods: bool = False) -> float:
     """Step [s] with which RK4 follows a tumbling body at `rate` [rad/s] for a time [s] within a tolerance [rad].
 
     That of a steady turn for a twelfth of the tolerance: beside the attitude the axis errs on its way through the body.
+    With rods that have hysteresis half of it, for the turns of the field along them; measured.
     """
-    return step_for(RK4, rate, duration_s, TUMBLING * tolerance)
+    return step_for(RK4, rate, duration_s, TUMBLING * tolerance) * (0.5 if rods else 1.0)

@@ -6,7 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, ArrayLike, Float, Int
 
 from jaxsat.control.loops.schedule import Schedule
 from jaxsat.environment import OrbitTable
@@ -47,8 +47,8 @@ class Stage(eqx.Module):
     """[s]"""
     on: Float[Array, "*steps"]
     """1 while the coils are on, 0 while they are off."""
-    points: OrbitTable
-    """Leaves [steps 3 ...]."""
+    points: OrbitTable | None
+    """Leaves [steps 3 ...]; None where no torque acts but that of actuators."""
 
 
 class Timeline(eqx.Module):
@@ -87,6 +87,25 @@ def timeline(
     every = _instants(surroundings, put(begins), put(schedule.mode_at(begins - start)))
     instants, last = (jax.tree.map(lambda leaf, part=part: leaf[part], every) for part in (slice(None, -1), -1))
     return Timeline(instants, last, stages)
+
+
+def unchanging(
+    schedule: Schedule, periods: int, sun_eci: Float[ArrayLike, "3"], points: OrbitTable | None = None
+) -> Timeline:
+    """Surroundings that stay as they are, with a Sun that nothing hides; `points` are those of torques and field."""
+    edges, none = schedule.edges, np.zeros(3)
+    steps = len(edges) - 1
+    place, field = (none, none) if points is None else (points.position_eci, points.b_field_eci)
+    times = schedule.period_s * np.arange(periods + 1)
+
+    def many(value, *axes):
+        return jnp.broadcast_to(value, (*axes, *jnp.shape(value)))
+
+    around = (many(x, periods + 1) for x in (place, none, field, sun_eci, 1.0))
+    every = Instant(jnp.asarray(times), *around, mode=jnp.asarray(schedule.mode_at(times)))
+    instants, last = (jax.tree.map(lambda leaf, part=part: leaf[part], every) for part in (slice(None, -1), -1))
+    points = jax.tree.map(lambda leaf: many(leaf, periods, steps, 3), points)
+    return Timeline(instants, last, Stage(many(np.diff(edges), periods), many(schedule.on * 1.0, periods), points))
 
 
 @eqx.filter_jit

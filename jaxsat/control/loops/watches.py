@@ -42,8 +42,6 @@ class RateWatch(AbstractWatch):
 
     limit: Float[Array, ""] = eqx.field(converter=float_array)
     """[rad/s]"""
-    max_dipole: Float[Array, " torquers"] = eqx.field(converter=float_array)
-    """[A m^2]"""
     period: float = eqx.field(static=True)
     """[s]"""
     duty: float = eqx.field(static=True)
@@ -55,9 +53,10 @@ class RateWatch(AbstractWatch):
     def update(self, tally: RateTally, sample: Sample, here: Instant) -> RateTally:
         square = jnp.sum(sample.motion.angular_velocity**2)
         size = sample.dipole_sizes
+        full = jnp.zeros((), bool) if sample.max_dipoles is None else jnp.any(size >= sample.max_dipoles)
         return RateTally(
             above_until=jnp.where(square >= self.limit**2, here.time + self.period, tally.above_until),
             largest=jnp.maximum(tally.largest, square),
             impulse=tally.impulse + self.duty * self.period * jnp.sum(size),
-            saturated=tally.saturated + jnp.where(jnp.any(size >= self.max_dipole), 1.0, 0.0),
+            saturated=tally.saturated + jnp.where(full, 1.0, 0.0),
         )

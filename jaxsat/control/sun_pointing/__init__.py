@@ -6,13 +6,6 @@ from jaxsat.control.sun_pointing.cases import run_one as run_one
 from jaxsat.control.sun_pointing.draw import Dispersions as Dispersions
 from jaxsat.control.sun_pointing.draw import draw_cases as draw_cases
 from jaxsat.control.sun_pointing.law import SunPointingLaw as SunPointingLaw
-from jaxsat.control.sun_pointing.loop import LoopSettings as LoopSettings
-from jaxsat.control.sun_pointing.loop import LoopState as LoopState
-from jaxsat.control.sun_pointing.loop import Sample as Sample
-from jaxsat.control.sun_pointing.sensitivity import Sensitivity as Sensitivity
-from jaxsat.control.sun_pointing.sensitivity import final_error as final_error
-from jaxsat.control.sun_pointing.sensitivity import impulse as impulse
-from jaxsat.control.sun_pointing.sensitivity import sensitivities as sensitivities
-from jaxsat.control.sun_pointing.sensitivity import settling_time as settling_time
+from jaxsat.control.sun_pointing.sensing import LoopSettings as LoopSettings
 from jaxsat.control.sun_pointing.vehicle import SunPointingVehicle as SunPointingVehicle
 from jaxsat.control.sun_pointing.vehicle import nominal_vehicle as nominal_vehicle

@@ -7,12 +7,11 @@ import jax
 from jaxtyping import Array, Float, Int, Key
 
 from jaxsat.control import closed_loop
+from jaxsat.control.loops import LoopState, Motion, Plant, Sample, Schedule, first_state, loop, unchanging
 from jaxsat.control.sun_pointing.law import SunPointingLaw
-from jaxsat.control.sun_pointing.loop import LoopSettings, LoopState, Sample, first_state, one_period
+from jaxsat.control.sun_pointing.loop import SunPointingWatch, parts
+from jaxsat.control.sun_pointing.sensing import LoopSettings
 from jaxsat.control.sun_pointing.vehicle import SunPointingVehicle, nominal_vehicle
-
-NOISES = 11
-"""Random numbers of one control period: eight detectors, three rates."""
 
 
 class Cases(eqx.Module):
@@ -35,8 +34,9 @@ def run_cases(
 
     The law's leaves may have the cases in front as well.
     """
-    start = jax.vmap(functools.partial(first_state, settings))(cases.quaternion, cases.angular_velocity)
-    return closed_loop.run_cases(_loop(settings, sun_eci), (law, cases.vehicle), start, cases.key, periods)
+    made, first = _loop(settings, sun_eci, periods)
+    start = jax.vmap(first)(Motion(cases.quaternion, cases.angular_velocity))
+    return closed_loop.run_cases(made, parts(settings, law, cases.vehicle), start, cases.key, periods)
 
 
 def run_one(
@@ -49,14 +49,16 @@ def run_one(
     number: int | Int[Array, ""] = 0,
 ) -> tuple[LoopState, Sample]:
     """Final state and history [periods ...] of one of the cases, by its number."""
-    start = first_state(settings, cases.quaternion[number], cases.angular_velocity[number])
-    loop, fixed = _loop(settings, sun_eci), (law, cases.vehicle)
-    return closed_loop.run_one(loop, fixed, start, cases.key[number], periods, number=number)
+    made, first = _loop(settings, sun_eci, periods)
+    start = first(Motion(cases.quaternion[number], cases.angular_velocity[number]))
+    fixed = parts(settings, law, cases.vehicle)
+    return closed_loop.run_one(made, fixed, start, cases.key[number], periods, number=number)
 
 
-def _loop(settings, sun_eci):
-    def period(law, vehicle, state, noise):
-        return one_period(settings, law, vehicle, sun_eci, state, noise)
-
-    like = (jax.eval_shape(SunPointingLaw), jax.eval_shape(nominal_vehicle))
-    return closed_loop.ClosedLoop(period, like, closed_loop.normals(NOISES) if settings.noisy else None)
+def _loop(settings, sun_eci, periods):
+    """The loop, and the function that begins a case of it."""
+    schedule, watch = Schedule(settings.period_s, settings.period_s), SunPointingWatch(settings.period_s)
+    vehicle, channels, estimator, controller = parts(settings, SunPointingLaw(), nominal_vehicle())
+    plant = Plant(vehicle, channels, unchanging(schedule, periods, sun_eci))
+    made = loop(plant, estimator, controller, schedule, watch=watch, noisy=settings.noisy)
+    return made, functools.partial(first_state, plant, estimator, controller, watch=watch)

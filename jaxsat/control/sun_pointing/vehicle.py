@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxsat.control.thrusters import Thrusters
+from jaxsat.control.actuators import Thrusters
 from jaxsat.sensors.sun_sensor import PyramidSunSensor
 
 INERTIA_KG_M2 = np.array([[620.0, 12.0, -8.0], [12.0, 840.0, 15.0], [-8.0, 15.0, 1050.0]])
@@ -55,7 +55,7 @@ def nominal_vehicle(
     """The vehicle as it was designed; the `torque_N_m` of each axis is that of a couple at the lever from it."""
     inertia = jnp.asarray(inertia_kg_m2)
     mounting = jnp.asarray(BODY_FROM_INSTRUMENT)
-    thrusters = Thrusters(jnp.array(torque_N_m), jnp.eye(3), jnp.asarray(lever_m), jnp.asarray(min_pulse_s))
+    thrusters = Thrusters(np.array(torque_N_m), np.eye(3), lever_m, min_pulse_s, np.eye(3))
     return SunPointingVehicle(
         inertia=inertia,
         inverse_inertia=jnp.asarray(np.linalg.inv(inertia_kg_m2)),

@@ -25,6 +25,7 @@ from jaxsat.satellites.sections.parts import (
     Residual,
     Rod,
     Surface,
+    Thruster,
     Wheel,
 )
 from jaxsat.satellites.sections.session import (
@@ -62,6 +63,7 @@ class SatelliteFile(Section):
     rods: Annotated[tuple[Rod, ...], Many] = ()
     coils: Annotated[tuple[Coil, ...], Many] = ()
     wheels: Annotated[tuple[Wheel, ...], Many] = ()
+    thrusters: Annotated[tuple[Thruster, ...], Many] = ()
     residual: Residual | None = None
     eddy: Eddy | None = None
     surface: Surface | None = None

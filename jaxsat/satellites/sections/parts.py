@@ -1,4 +1,4 @@
-"""Parts of a satellite in its file: body, magnet, rods, coils, wheels, surface, and the torques without a part."""
+"""Parts of a satellite in its file: body, magnet, rods, actuators, surface, and the torques without a part."""
 
 from typing import Annotated, Literal
 
@@ -154,6 +154,19 @@ class Wheel(Section):
         if self.max_torque_N_m is not None and not self.inertia.value > 0.0:
             raise ValueError("inertia: expected a value above zero for a control law")
         return self
+
+
+class Thruster(Section):
+    """Thrusters in opposite pairs about an axis, on or off, for a control law; silent in a fit."""
+
+    axis: Direction
+    """About which they turn the body, either way."""
+    torque_N_m: Positive
+    """While they fire."""
+    lever_m: Positive
+    """Torque over the thrust of all that fire together."""
+    min_pulse_s: NonNegative = 0.0
+    """Shortest firing."""
 
 
 class Residual(Section):

@@ -45,13 +45,13 @@ class Flight:
         """Time of an orbit [s]."""
         return 2.0 * math.pi / self.orbit_rate
 
-    def surroundings(self, duration_s: float, *, field_rate: bool = False) -> Surroundings:
+    def surroundings(self, duration_s: float) -> Surroundings:
         """Over a time from t = 0, with the Sun; `InputError` where the orbit is not known so long."""
         return Surroundings(
             orbit_over(self.satellite, self.epoch, -MARGIN_S, duration_s + MARGIN_S),
             igrf_field(self.epoch.shifted(0.5 * duration_s).decimal_year()),
             greenwich_angle(self.epoch),
-            field_rate=field_rate,
+            field_rate=self.satellite.model.spacecraft.hysteresis_rods is not None,
             atmosphere=ExponentialAtmosphere() if self.pressed else None,
             sun=Sun(self.epoch.tt_centuries()),
         )

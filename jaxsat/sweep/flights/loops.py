@@ -4,6 +4,7 @@ import dataclasses
 import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -12,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Key
 
 from jaxsat.control import closed_loop
-from jaxsat.control.actuators import Magnetorquers, ReactionWheels
+from jaxsat.control.actuators import Magnetorquers, ReactionWheels, Thrusters
 from jaxsat.control.loops import (
     AbstractController,
     AbstractEstimator,
@@ -37,7 +38,9 @@ from jaxsat.simulate.lane_loop import WIDE
 from jaxsat.sweep.flights.flight import Flight
 from jaxsat.sweep.flights.inputs import start_inputs
 from jaxsat.sweep.flights.spread import Spread, drawn_model
+from jaxsat.sweep.flights.starts import first_lag
 from jaxsat.sweep.history import History
+from jaxsat.sweep.knobs.turns import Turn, turned
 from jaxsat.sweep.scenario import Metric, Scenario, case_keys, number_of
 
 Start = Callable[[Key[Array, ""]], tuple[Float[Array, "4"], Float[Array, "3"]]]
@@ -54,6 +57,15 @@ class Drawn(eqx.Module):
     """Of the satellite file, SI."""
     key: Key[Array, " cases"]
     """Of the noise."""
+
+
+class Fixed(NamedTuple):
+    """What does not change in a case: where the turns of a loop find their leaves."""
+
+    vehicle: Vehicle
+    channels: Mapping[str, Channel]
+    estimator: AbstractEstimator
+    controller: AbstractController
 
 
 @dataclass(frozen=True)
@@ -74,12 +86,19 @@ class LoopCases:
     start: Start
     timeline: Callable[[], Timeline]
     """Tabulated when it is first asked for."""
+    duration_s: float
+    """Simulated time of a case."""
     noisy: bool = True
+    thrusters: Thrusters | None = None
+    turns: tuple[Turn, ...] = ()
+    """Knobs, with their leaves in a `Fixed`. The vehicle's inverse of the inertia follows by itself."""
 
     @functools.cached_property
     def nominal(self) -> Vehicle:
         """The vehicle of the file's own numbers."""
-        return vehicle(self.flight.satellite.model.spacecraft, self.torquers, self.wheels)
+        # Kept for chunks of any size, so it must not belong to the trace that asks for it first.
+        with jax.ensure_compile_time_eval():
+            return vehicle(self.flight.satellite.model.spacecraft, self.torquers, self.wheels, self.thrusters)
 
     @property
     def periods(self) -> int:
@@ -94,6 +113,10 @@ class LoopCases:
         """Their states at the end."""
         return self._run(self.timeline(), drawn)
 
+    def run_moved(self, drawn: Drawn, moved: Float[Array, "cases knobs"]) -> LoopState:
+        """The same with the knobs of each case moved. Differentiable by `moved`."""
+        return self._run_moved(self.timeline(), drawn, moved)
+
     def history(self, drawn: Drawn, number: int = 0) -> tuple[LoopState, Sample]:
         """State at the end and samples [periods ...] of one of them."""
         return self._history(self.timeline(), drawn, number)
@@ -101,6 +124,8 @@ class LoopCases:
     @functools.cached_property
     def _draw(self):
         model = self.flight.satellite.model
+        rods = model.spacecraft.hysteresis_rods is not None
+        field = np.asarray(self.timeline().instants.b_field_eci[0]) if rods else None
 
         def draw(keys):
             q, w, spread, noise = jax.vmap(self._begin)(keys)
@@ -113,7 +138,8 @@ class LoopCases:
                 else one
                 for sight, one in self.channels.items()
             }
-            return Drawn(Motion(q, w, speed), own, channels, numbers, noise)
+            lag = None if field is None else first_lag(changed.spacecraft, model.spacecraft, q, field)
+            return Drawn(Motion(q, w, speed, lag), own, channels, numbers, noise)
 
         return jax.jit(draw)
 
@@ -128,7 +154,7 @@ class LoopCases:
         inverse = nominal.inverse_inertia
         if craft.inertia.ndim == 3:
             inverse = jax.vmap(lambda inertia: inverse_without_wheels(inertia, self.wheels))(craft.inertia)
-        return Vehicle(craft, inverse, nominal.torquers, nominal.wheels)
+        return dataclasses.replace(nominal, spacecraft=craft, inverse_inertia=inverse)
 
     def _plant(self, around: Timeline) -> Plant:
         return Plant(self.nominal, self.channels, around)
@@ -143,10 +169,28 @@ class LoopCases:
     @functools.cached_property
     def _run(self):
         def run(around, drawn):
-            start = jax.vmap(functools.partial(self._first, around))(drawn.motion)
-            fixed = (drawn.vehicle, drawn.channels, self.estimator, self.controller)
-            return closed_loop.run_cases(self._loop(around), fixed, start, drawn.key, _count(around))
+            return self._ended(around, drawn, Fixed(drawn.vehicle, drawn.channels, self.estimator, self.controller))
 
+        return self._compiled(run)
+
+    @functools.cached_property
+    def _run_moved(self):
+        def run(around, drawn, moved):
+            like = Fixed(self.nominal, self.channels, self.estimator, self.controller)
+            fixed = turned(like._replace(vehicle=drawn.vehicle, channels=drawn.channels), like, self.turns, moved)
+            inertia = fixed.vehicle.spacecraft.inertia
+            if inertia.ndim == 3:
+                inverse = jax.vmap(lambda inertia: inverse_without_wheels(inertia, self.wheels))(inertia)
+                fixed = eqx.tree_at(lambda f: f.vehicle.inverse_inertia, fixed, inverse)
+            return self._ended(around, drawn, fixed)
+
+        return self._compiled(run)
+
+    def _ended(self, around: Timeline, drawn: Drawn, fixed: Fixed) -> LoopState:
+        start = jax.vmap(functools.partial(self._first, around))(drawn.motion)
+        return closed_loop.run_cases(self._loop(around), fixed, start, drawn.key, _count(around))
+
+    def _compiled(self, run: Callable[..., LoopState]) -> Callable[..., LoopState]:
         plain = jax.jit(run, compiler_options=WIDE)
         if self.estimator.calls_libraries:
             return plain
@@ -194,12 +238,28 @@ def loop_scenario(
         cases, of_end = program(chosen)
         return jax.device_get(of_end(cases.run(cases.draw(seed, numbers)), cases.timeline().last))
 
+    def run_moved(seed: int, numbers: np.ndarray, moved: Any) -> Mapping[str, Array]:
+        cases, of_end = program(chosen)
+        return of_end(cases.run_moved(cases.draw(seed, numbers), jnp.asarray(moved)), cases.timeline().last)
+
     def draw(seed: int, numbers: np.ndarray) -> Drawn:
         return jax.device_get(program(chosen)[0].draw(seed, numbers))
 
     inputs = (*start_inputs(number_of(options, max_rate)), *cases.spread.inputs())
     told = functools.partial(history, chosen)
-    return Scenario(name, statuses, metrics, chunk, run, history=told, inputs=inputs, draw=draw)
+    return Scenario(
+        name,
+        statuses,
+        metrics,
+        chunk,
+        run,
+        history=told,
+        inputs=inputs,
+        draw=draw,
+        knobs=tuple(turn.knob for turn in cases.turns),
+        run_moved=run_moved,
+        horizon_s=cases.duration_s,
+    )
 
 
 def ended(good: Bool[Array, " cases"], sound: Bool[Array, " cases"], metrics: Mapping[str, Array]) -> dict[str, Array]:

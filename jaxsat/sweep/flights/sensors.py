@@ -17,12 +17,12 @@ WORDS: Mapping[str, str] = {
 
 
 def channels_of(
-    satellite: Satellite, wanted: tuple[str, ...], *, period_s: float, dropout: float = 0.0
+    satellite: Satellite, wanted: tuple[str, ...], *, period_s: float, dropout: float = 0.0, outliers: float = 0.0
 ) -> tuple[dict[str, Channel], dict[str, str]]:
     """The first sensor for each of what is `wanted`, and its name in the file.
 
-    Noise, steps and delay are those of its channel, the delay in whole control periods. Raises `InputError` where the
-    file has no such sensor, or one that no loop can use.
+    Noise, steps and delay are those of its channel, the delay in whole control periods; a gyro has no outliers. Raises
+    `InputError` where the file has no such sensor, or one that no loop can use.
     """
     channels: dict[str, Channel] = {}
     names: dict[str, str] = {}
@@ -43,6 +43,7 @@ def channels_of(
                 quantum=(settings.quantum or 0.0) * unit,
                 delay=round(late / period_s),
                 dropout=dropout,
+                outliers=0.0 if sight == "rate" else outliers,
             )
         except ValueError as error:
             raise InputError(str(error), file=satellite.path, field=f"sensors.{name}") from None

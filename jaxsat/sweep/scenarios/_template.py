@@ -5,6 +5,7 @@ Change what you like: the first line above is the summary in lists. Run it, look
     jaxsat sweep my_scenario.py --cases 1000 --seed 1 --out results
     jaxsat sweep my_scenario.py --case 17 --out results
     jaxsat sweep my_scenario.py --list
+    jaxsat sensitivity my_scenario.py --by gain
 """
 
 from collections.abc import Mapping
@@ -17,7 +18,7 @@ from jaxsat.dynamics import rigid_body_rates
 from jaxsat.environment import Surroundings, igrf_field, orbit_from_elements_km_deg
 from jaxsat.math import cross, quaternion, safe_norm
 from jaxsat.math.runge_kutta import RK4, runge_kutta_step
-from jaxsat.sweep import Factory, History, Input, Metric, Option, Scenario, case_keys, number_of
+from jaxsat.sweep import Factory, History, Input, Knob, Metric, Option, Scenario, case_keys, number_of
 
 NAME = "my-scenario"
 STATUSES = ("succeeded", "still tumbling", "diverged")  # 0 is success
@@ -59,7 +60,9 @@ def build(options: Mapping[str, str]) -> Scenario:
         """What a case begins with, by its key alone."""
         normal = jax.random.normal(key, (10,))
         moments = jnp.array(MOMENTS) * (1.0 + spread * normal[7:])
-        return {"q": quaternion.normalize(normal[:4]), "rate": tipoff * normal[4:7], "moments": moments, "key": key}
+        case = {"q": quaternion.normalize(normal[:4]), "rate": tipoff * normal[4:7], "moments": moments, "key": key}
+        # Factors of the knobs below.
+        return case | {"gain": jnp.ones(()), "largest": jnp.ones(())}
 
     def field(times):
         """Along the orbit, inertial axes, T: the same for all cases, so worked out once."""
@@ -81,7 +84,8 @@ def build(options: Mapping[str, str]) -> Scenario:
             reading = b_body + noise * jnp.stack(shake)
             known = jax.scipy.stats.norm.cdf(luck) >= lost
             # The law: the dipole stays as it was where there is no new reading.
-            wanted = jnp.clip(-gain * (reading - seen) / PERIOD_S, -largest, largest)
+            most = largest * case["largest"]
+            wanted = jnp.clip(-gain * case["gain"] * (reading - seen) / PERIOD_S, -most, most)
             dipole = jnp.where(known & (number > 0), wanted, dipole)
             seen = jnp.where(known, reading, seen)
 
@@ -123,6 +127,11 @@ def build(options: Mapping[str, str]) -> Scenario:
     def run(seed, cases):
         return jax.device_get(many(draw(seed, cases), along(ends_s - PERIOD_S)))
 
+    def run_moved(seed, cases, moved):
+        """The same with knobs moved: column k of `moved` is the logarithm of the factor of knob k."""
+        factors = {knob.name: jnp.exp(moved[:, k]) for k, knob in enumerate(knobs)}
+        return many(draw(seed, cases) | factors, along(ends_s - PERIOD_S))
+
     def history(seed, case):
         one = jax.tree.map(lambda leaf: leaf[0], draw(seed, np.array([case])))
         w, dipole, b_body = jax.device_get(recorded(one, along(ends_s - PERIOD_S)))
@@ -143,7 +152,11 @@ def build(options: Mapping[str, str]) -> Scenario:
     inputs = [Input("rate", "deg/s", "at the start, body axes", lambda c: np.degrees(c["rate"]), ("x", "y", "z"))]
     if spread > 0.0:
         inputs.append(Input("inertia", "kg m2", "moments, body axes", lambda c: c["moments"], ("xx", "yy", "zz")))
-    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history, inputs=tuple(inputs), draw=draw)
+    # What `jaxsat sensitivity my_scenario.py` may turn: without these, and run_moved, it has nothing to turn.
+    turned = (("gain", "A m2 s/T", "of the law", gain), ("largest", "A m2", "dipole of each coil", largest))
+    knobs = tuple(Knob(*each) for each in turned if each[-1] > 0.0)
+    more = {"history": history, "inputs": tuple(inputs), "draw": draw, "horizon_s": PERIOD_S * periods}
+    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, knobs=knobs, run_moved=run_moved, **more)
 
 
 make = Factory(build, OPTIONS, ASSUMPTIONS)

@@ -54,6 +54,7 @@ ASSUMPTIONS = (
     "All cases begin at the same place of the orbit; attitudes are uniform, rates uniform in size and direction.",
     "Numbers of the satellite file with a sigma are normal about their values; the law knows the values alone.",
     "Torquers reach their dipoles at once; while they are on the magnetometer is not read.",
+    "Rods with hysteresis are magnetised by the Earth's field alone, not by torquers.",
     "Orbit and field are those of the models, IGRF and the file's elements, on board as well.",
 )
 
@@ -82,6 +83,9 @@ def _program(options: tuple[tuple[str, str], ...]):
     from jaxsat.sweep.flights.sensors import channels_of
     from jaxsat.sweep.flights.spread import spread_of
     from jaxsat.sweep.flights.starts import attitude_and_rate
+    from jaxsat.sweep.flights.turns import satellite_turns
+    from jaxsat.sweep.knobs.knob import Knob
+    from jaxsat.sweep.knobs.turns import Turn, positive
 
     reader = Reader(dict(options))
     number = reader.number
@@ -106,16 +110,19 @@ def _program(options: tuple[tuple[str, str], ...]):
         most = float(np.linalg.eigvalsh(np.asarray(satellite.model.spacecraft.inertia)).max())
         damping = most * max(tipoff, limit) / (duty * float(np.min(torquers.max_dipole)) * WEAK_FIELD_T)
         lasting = damping / 6.0 + 1.5 * most / (5.0 * duty * max(gain, 1e-30))
-        step = step_within(TOLERANCE_RAD, max(tipoff, limit), min(lasting, duration))
+        rods = satellite.model.spacecraft.hysteresis_rods is not None
+        step = step_within(TOLERANCE_RAD, max(tipoff, limit), min(lasting, duration), rods=rods)
     schedule = Schedule(period, step, duty)
     around = functools.cache(
         lambda: timeline(
             flight.surroundings(duration + period), schedule, schedule.periods(duration), pressed=flight.pressed
         )
     )
+    spread = spread_of(satellite, tuple(names.values()), flight.spread)
+    of_law = Turn(Knob("gain", "N m s", "of the law", gain), (lambda f: f.controller.gain,))
     cases = LoopCases(
         flight=flight,
-        spread=spread_of(satellite, tuple(names.values()), flight.spread),
+        spread=spread,
         channels=channels,
         names=names,
         torquers=torquers,
@@ -123,10 +130,12 @@ def _program(options: tuple[tuple[str, str], ...]):
         estimator=Perfect() if perfect else AsRead(),
         controller=(FieldDifference if law == "difference" else RateAcrossField)(gain),
         schedule=schedule,
-        watch=RateWatch(limit, torquers.max_dipole, period, duty),
+        watch=RateWatch(limit, period, duty),
         start=lambda key: attitude_and_rate(key, tipoff),
         timeline=around,
+        duration_s=duration,
         noisy=not perfect,
+        turns=(*positive([of_law]), *satellite_turns(flight, torquers, channels, names, spread)),
     )
 
     @jax.jit

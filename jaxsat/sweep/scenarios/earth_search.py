@@ -84,9 +84,26 @@ CAPTURED_DEG = 20.0
 """Error at the end beyond which it is not the Earth's middle that is tracked."""
 
 
+@dataclasses.dataclass(frozen=True)
+class _Program:
+    """What the options say."""
+
+    settings: "LoopSettings"
+    draw: Any
+    """From keys to cases."""
+    run: Any
+    """From cases to status and metrics."""
+    run_moved: Any
+    """The same with knobs moved."""
+    one: Any
+    """The history of one of the cases."""
+    turns: Any
+    time_s: float
+
+
 @functools.lru_cache(maxsize=4)
-def _program(options: tuple[tuple[str, str], ...]):
-    """What the options say: settings, and compiled `draw(keys)`, `run(cases)` and the history `one(cases)`, of one."""
+def _program(options: tuple[tuple[str, str], ...]) -> _Program:
+    import equinox as eqx
     import jax
     import jax.numpy as jnp
 
@@ -96,7 +113,9 @@ def _program(options: tuple[tuple[str, str], ...]):
     from jaxsat.control.earth_search.law import search_law
     from jaxsat.control.earth_search.loop import LoopSettings
     from jaxsat.control.earth_search.sensing import Inside, SunChoice
+    from jaxsat.control.earth_search.vehicle import nominal_vehicle
     from jaxsat.environment.albedo.infrared import random_brightness
+    from jaxsat.sweep.knobs.turns import turned
 
     reader = Reader(dict(options))
     number, choice = reader.number, reader.choice
@@ -146,9 +165,50 @@ def _program(options: tuple[tuple[str, str], ...]):
     periods = math.ceil(time / settings.period_s)
     field = None if even else random_brightness(0)
     draw = jax.jit(functools.partial(draw_cases, dispersions))
-    run = functools.partial(_compiled(settings, periods, even), law)
+    compiled = _compiled(settings, periods, even)
+    run = functools.partial(compiled, law)
     one = jax.jit(lambda cases: run_one(settings, law, cases, field, periods)[1])
-    return settings, draw, run, one
+    vehicle = nominal_vehicle(
+        size, mounting, acceleration_deg_s2=dispersions.acceleration_deg_s2, lag_s=dispersions.lag_s
+    )
+    turns = _turns(law, vehicle)
+
+    @jax.jit
+    def turn(cases, moved):
+        own, built = turned((law, cases.vehicle), (law, vehicle), turns, moved)
+        return own, eqx.tree_at(lambda c: c.vehicle, cases, built)
+
+    def run_moved(cases, moved):
+        # Another shape of the law, so another program of the same function.
+        return compiled(*turn(cases, moved))
+
+    return _Program(settings, draw, run, run_moved, one, turns, periods * settings.period_s)
+
+
+def _turns(law: Any, vehicle: Any) -> tuple[Any, ...]:
+    """Knobs of a pair (law, vehicle)."""
+    from jaxsat.sweep.knobs.knob import Knob
+    from jaxsat.sweep.knobs.turns import Turn, positive
+
+    degree = math.radians(1.0)
+    numbers = (
+        (0, "search_rate", "deg/s", "of the search rotation", degree),
+        (0, "approach_rate", "deg/s", "of each axis toward a sensor that has signalled", degree),
+        (0, "track_rate", "deg/s", "largest correction while tracking", degree),
+        (0, "track_gain", "1/s", "commanded rate over the angle while tracking", 1.0),
+        (0, "drift_gain", "1/s", "with which the drift of the vertical is learnt", 1.0),
+        (1, "acceleration", "deg/s2", "largest of each axis", degree),
+        (1, "lag", "s", "with which the rate follows the command", 1.0),
+    )
+    return positive(
+        [
+            Turn(
+                Knob(name, unit, meaning, float(getattr((law, vehicle)[part], name)) / size),
+                (lambda pair, part=part, name=name: getattr(pair[part], name),),
+            )
+            for part, name, unit, meaning, size in numbers
+        ]
+    )
 
 
 @functools.lru_cache(maxsize=8)
@@ -209,17 +269,32 @@ def _build(options: Mapping[str, str]) -> Scenario:
 
     program = tuple(options.items())
     # Whatever is wrong with the options is said before anything is compiled.
-    _program(program)
+    made = _program(program)
 
     def run(seed: int, cases: np.ndarray) -> dict[str, np.ndarray]:
-        _, draw, run_drawn, _ = _program(program)
-        return jax.device_get(run_drawn(draw(case_keys(seed, cases))))
+        own = _program(program)
+        return jax.device_get(own.run(own.draw(case_keys(seed, cases))))
+
+    def run_moved(seed: int, cases: np.ndarray, moved: Any) -> Mapping[str, Any]:
+        own = _program(program)
+        return own.run_moved(own.draw(case_keys(seed, cases)), moved)
 
     def draw(seed: int, cases: np.ndarray):
-        return jax.device_get(_program(program)[1](case_keys(seed, cases)))
+        return jax.device_get(_program(program).draw(case_keys(seed, cases)))
 
-    history = functools.partial(_history, program)
-    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history, inputs=_inputs(options), draw=draw)
+    return Scenario(
+        NAME,
+        STATUSES,
+        METRICS,
+        CHUNK,
+        run,
+        history=functools.partial(_history, program),
+        inputs=_inputs(options),
+        draw=draw,
+        knobs=tuple(turn.knob for turn in made.turns),
+        run_moved=run_moved,
+        horizon_s=made.time_s,
+    )
 
 
 def _inputs(options: Mapping[str, str]) -> tuple[Input, ...]:
@@ -282,9 +357,9 @@ def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> Hist
     from jaxsat.control.earth_search.law import SENSORS
     from jaxsat.sweep.scenarios._earth_search_page import search_page
 
-    settings, draw, _, one = _program(program)
-    cases = draw(case_keys(seed, np.array([case])))
-    samples = jax.device_get(one(cases))
+    own = _program(program)
+    settings, cases = own.settings, own.draw(case_keys(seed, np.array([case])))
+    samples = jax.device_get(own.one(cases))
     nadir, present, first = samples.nadir_body, samples.present, samples.first
     rates, error = np.degrees(samples.angular_velocity), np.degrees(samples.error)
     toward = {f"toward {c}": np.degrees(np.arctan2(nadir[:, k], nadir[:, 2])) for k, c in enumerate("xy")}

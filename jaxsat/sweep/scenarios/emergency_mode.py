@@ -7,6 +7,7 @@ error stays below the limit for the last half orbit.
 import functools
 import math
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -69,7 +70,8 @@ CHUNK = 250
 
 @functools.lru_cache(maxsize=4)
 def _program(options: tuple[tuple[str, str], ...]):
-    """`run`, `history` and `draw` of the scenario."""
+    """`run`, `run_moved`, `history`, `draw` and turns of the scenario, and its simulated time [s]."""
+    import equinox as eqx
     import jax
     import jax.numpy as jnp
 
@@ -81,6 +83,7 @@ def _program(options: tuple[tuple[str, str], ...]):
     from jaxsat.control.emergency_mode.orbit import SunFollowing, fly, leg, orbital_period
     from jaxsat.control.emergency_mode.rotating_panels import PanelSlew
     from jaxsat.control.emergency_mode.vehicle import CONTROL_PERIOD_S, nominal_vehicle
+    from jaxsat.sweep.knobs.turns import turned
 
     number, choice = functools.partial(number_of, dict(options)), functools.partial(choice_of, dict(options))
     orbits, limit = number("orbits", low=0.5, high=100.0), number("limit_deg", low=0.01, high=90.0)
@@ -114,7 +117,8 @@ def _program(options: tuple[tuple[str, str], ...]):
         1e-9 * number("field_noise_nT", low=0.0, high=1e5),
     )
     # As long as a turn of the paper's orbit at least, whose legs stay what they were.
-    turn_s = max(6000.0, 1.005 * 2.0 * math.pi * math.sqrt((EARTH_EQUATORIAL_RADIUS + 1e3 * height) ** 3 / EARTH_MU))
+    kepler_s = 2.0 * math.pi * math.sqrt((EARTH_EQUATORIAL_RADIUS + 1e3 * height) ** 3 / EARTH_MU)
+    turn_s = max(6000.0, 1.005 * kepler_s)
 
     @functools.cache
     def surroundings():
@@ -128,8 +132,15 @@ def _program(options: tuple[tuple[str, str], ...]):
     def nominal():
         return nominal_vehicle(inertia_kg_m2=inertia, sigmas=sigmas)
 
+    def moved_metrics(around, keys, half, moved):
+        cases, designed = draw_cases(dispersions, around, keys, nominal()), nominal()
+        own, vehicle = turned((law, cases.vehicle), (law, designed), turns, moved)
+        return metrics_of(around, eqx.tree_at(lambda c: c.vehicle, cases, vehicle), half, own)
+
     def metrics(around, keys, half):
-        cases = draw_cases(dispersions, around, keys, nominal())
+        return metrics_of(around, draw_cases(dispersions, around, keys, nominal()), half, law)
+
+    def metrics_of(around, cases, half, law):
         state, samples = run_cases(ALWAYS_ON, law, cases, around)
         error = jnp.degrees(jnp.sqrt(jnp.sum(samples.error**2, axis=2)))
         sound = jnp.all(jnp.isfinite(error), axis=1)
@@ -151,12 +162,17 @@ def _program(options: tuple[tuple[str, str], ...]):
     def alone(around, keys):
         return run_one(ALWAYS_ON, law, draw_cases(dispersions, around, keys, nominal()), around)[1]
 
-    compiled = jax.jit(metrics, static_argnums=2), jax.jit(alone)
+    turns = _turns(law, nominal())
+    compiled = jax.jit(metrics, static_argnums=2), jax.jit(alone), jax.jit(moved_metrics, static_argnums=2)
     drawn = jax.jit(lambda first, keys: draw_cases(dispersions, first, keys, nominal()))
 
     def run(seed, numbers):
         around, half = surroundings()
         return jax.device_get(compiled[0](around, case_keys(seed, numbers), half))
+
+    def run_moved(seed, numbers, moved):
+        around, half = surroundings()
+        return compiled[2](around, case_keys(seed, numbers), half, moved)
 
     def history(seed, case):
         around, _ = surroundings()
@@ -167,13 +183,75 @@ def _program(options: tuple[tuple[str, str], ...]):
         first = jax.tree.map(lambda leaf: leaf[:1], surroundings()[0])
         return jax.device_get(drawn(first, case_keys(seed, numbers)))
 
-    return run, history, draw
+    return run, run_moved, history, draw, turns, orbits * kepler_s
+
+
+def _turns(law, vehicle) -> tuple[Any, ...]:
+    """Knobs of a pair (law, vehicle)."""
+    from jaxsat.sweep.knobs.knob import Knob
+    from jaxsat.sweep.knobs.turns import Turn, largest_moment, positive
+
+    degree = math.radians(1.0)
+    of_law = (
+        ("attitude_gain", "1/s2", "far off", 1.0),
+        ("rate_gain", "1/s", "far off", 1.0),
+        ("fine_gain", "1/s2", "near, stiffness", 1.0),
+        ("fine_lead", "1/s", "near, damping", 1.0),
+        ("fine_pole", "1", "near, memory from period to period", 1.0),
+        ("fine_below", "deg", "error below which the near law is in force", degree),
+        ("max_dipole", "A m2", "of each coil", 1.0),
+    )
+    noises = (
+        ("attitude_noise", "deg", degree),
+        ("rate_noise", "deg/s", degree),
+        ("field_noise", "nT", 1e-9),
+    )
+    moment, sigmas = largest_moment(vehicle.inertia), np.asarray(vehicle.sigmas)
+    found = [
+        Turn(
+            Knob(name, unit, meaning, float(getattr(law, name)) / size),
+            (lambda pair, name=name: getattr(pair[0], name),),
+        )
+        for name, unit, meaning, size in of_law
+    ]
+    found += [
+        Turn(
+            Knob("inertia", "kg m2", "of satellite and computer, the largest moment", moment),
+            (lambda pair: pair[1].inertia, lambda pair: pair[1].assumed_inertia),
+            inverse=(lambda pair: pair[1].inverse_inertia,),
+        ),
+        Turn(
+            Knob("known_inertia", "kg m2", "as the computer knows it, the largest moment", moment),
+            (lambda pair: pair[1].assumed_inertia,),
+        ),
+    ]
+    found += [
+        Turn(
+            Knob(name, unit, "1-sigma of one measurement about or along each axis", float(sigmas[k]) / size),
+            (lambda pair: pair[1].sigmas,),
+            entry=k,
+        )
+        for k, (name, unit, size) in enumerate(noises)
+    ]
+    return positive(found)
 
 
 def _build(options: Mapping[str, str]) -> Scenario:
     # Whatever is wrong with the options is said before anything is computed.
-    run, history, draw = _program(tuple(options.items()))
-    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history, inputs=_inputs(options), draw=draw)
+    run, run_moved, history, draw, turns, time_s = _program(tuple(options.items()))
+    return Scenario(
+        NAME,
+        STATUSES,
+        METRICS,
+        CHUNK,
+        run,
+        history=history,
+        inputs=_inputs(options),
+        draw=draw,
+        knobs=tuple(turn.knob for turn in turns),
+        run_moved=run_moved,
+        horizon_s=time_s,
+    )
 
 
 def _inputs(options: Mapping[str, str]) -> tuple[Input, ...]:

@@ -8,11 +8,13 @@ import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from jaxsat.sweep.history import History
 from jaxsat.sweep.inputs import Input
+from jaxsat.sweep.knobs.knob import Knob
 from jaxsat.sweep.more_options import inertia_of
 from jaxsat.sweep.scenario import Factory, Metric, Option, Scenario, case_keys, chunk_of, number_of
 
@@ -50,15 +52,15 @@ SAMPLES = 96
 
 @dataclass(frozen=True)
 class Motion:
-    """The motion of cases at the samples."""
+    """The motion of cases at the samples, in arrays of NumPy or JAX."""
 
     t_s: np.ndarray
     """[samples], 0 is the first."""
-    quaternion: np.ndarray
+    quaternion: Any
     """Attitude [cases samples 4], scalar first, turns body axes into inertial ones."""
-    rate: np.ndarray
+    rate: Any
     """Against the orbital frame, body axes [rad/s], [cases samples 3]."""
-    tilt: np.ndarray
+    tilt: Any
     """Of body z from the vertical [rad], [cases samples]."""
 
 
@@ -87,8 +89,32 @@ def _build(options: Mapping[str, str]) -> Scenario:
     def draw(seed: int, cases: np.ndarray) -> np.ndarray:
         return np.degrees([[tilt], [rate]])[..., None] * np.asarray(_drawn()(case_keys(seed, cases)))
 
+    knobs = tuple(Knob(f"moment_{c}", "kg m2", f"of inertia about body {c}", moments[k]) for k, c in enumerate("xyz"))
+    sizes = (
+        Knob("tilt", "deg", "1-sigma of the initial rotation about each body axis", math.degrees(tilt)),
+        Knob("rate", "deg/s", "1-sigma of the initial rate about each body axis", math.degrees(rate)),
+    )
+    knobs += tuple(knob for knob in sizes if knob.value > 0.0)
+
+    def run_moved(seed: int, cases: np.ndarray, turned: Any) -> Mapping[str, Any]:
+        import jax
+
+        t_s, move = _motion(rate, orbits, moments, radius)
+        own = jax.jit(changed)(turned)
+        return _outcome(t_s.tobytes())(*move(case_keys(seed, cases), *own))
+
+    def changed(turned: Any) -> tuple[Any, Any, Any]:
+        """Spreads of tilt and rate and moments of inertia, of each case."""
+        import jax.numpy as jnp
+
+        factor = {knob.name: jnp.exp(turned[:, k]) for k, knob in enumerate(knobs)}
+        none = jnp.ones(len(turned))
+        own = jnp.stack([moments[k] * factor[f"moment_{c}"] for k, c in enumerate("xyz")], axis=1)
+        return tilt * factor.get("tilt", none), rate * factor.get("rate", none), own
+
     inputs = tuple(one for one, spread in zip(inputs, (tilt, rate), strict=True) if spread > 0.0)
-    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history, inputs=inputs, draw=draw)
+    given = {"history": history, "inputs": inputs, "draw": draw, "knobs": knobs, "run_moved": run_moved}
+    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, **given)
 
 
 @functools.cache
@@ -105,18 +131,28 @@ def _turn_and_spin(key):
     return jax.random.normal(key, (2, 3))
 
 
-def outcome(motion: Motion) -> dict[str, np.ndarray]:
-    """Status and metrics of each case."""
-    tilt = np.degrees(motion.tilt)
-    rate = np.degrees(np.linalg.norm(motion.rate[:, -1], axis=1))
-    sound = np.isfinite(tilt).all(axis=1) & np.isfinite(rate)
+@functools.lru_cache(maxsize=4)
+def _outcome(times: bytes):
+    """Compiled: `outcome` by JAX of a motion at times, from its quaternion, rate and tilt."""
+    import jax
+    import jax.numpy as jnp
+
+    t_s = np.frombuffer(times)
+    return jax.jit(lambda *found: outcome(Motion(t_s, *found), jnp))
+
+
+def outcome(motion: Motion, xp: Any = np) -> dict[str, Any]:
+    """Status and metrics of each case, by NumPy or by JAX (`xp`), through which derivatives go."""
+    tilt = xp.degrees(motion.tilt)
+    rate = xp.degrees(xp.linalg.norm(motion.rate[:, -1], axis=1))
+    sound = xp.isfinite(tilt).all(axis=1) & xp.isfinite(rate)
     fallen = tilt > 90.0
     upset = fallen.any(axis=1) & sound
     return {
-        "status": np.where(sound, np.where(upset, 1, 0), 2),
-        "largest_tilt_deg": np.where(sound, tilt.max(axis=1), np.nan),
-        "final_rate_deg_s": np.where(sound, rate, np.nan),
-        "upset_time_s": np.where(upset, motion.t_s[np.argmax(fallen, axis=1)], np.nan),
+        "status": xp.where(sound, xp.where(upset, 1, 0), 2),
+        "largest_tilt_deg": xp.where(sound, tilt.max(axis=1), np.nan),
+        "final_rate_deg_s": xp.where(sound, rate, np.nan),
+        "upset_time_s": xp.where(upset, xp.asarray(motion.t_s)[xp.argmax(fallen, axis=1)], np.nan),
     }
 
 
@@ -158,7 +194,10 @@ def motions(
 
 @functools.lru_cache(maxsize=4)
 def _motion(rate: float, orbits: float, moments: tuple[float, ...], radius: float):
-    """Times [samples] and the motion from (keys, tilt, rate) to (quaternion, rate, tilt)."""
+    """Times [samples] and the motion from (keys, tilt, rate) to (quaternion, rate, tilt).
+
+    With moments of inertia [cases 3] of each case tilt and rate are those of each case too.
+    """
     import jax
     import jax.numpy as jnp
 
@@ -195,17 +234,21 @@ def _motion(rate: float, orbits: float, moments: tuple[float, ...], radius: floa
         q = quaternion.multiply(rest, quaternion.from_rotation_vector(tilt * turn))
         return AttitudeState(q, rate * spin + carried(q))
 
-    def one(state):
+    def one(state, craft=craft):
         return simulate_on_grid(craft, state, table, grid)
 
     # Three programs: compiled as one they take twice as long.
     @jax.jit
     def initial(keys, tilt, rate):
-        return jax.vmap(begin, in_axes=(0, None, None))(keys, tilt, rate)
+        own = 0 if jnp.ndim(tilt) else None
+        return jax.vmap(begin, in_axes=(0, own, own))(keys, tilt, rate)
 
     @jax.jit
-    def run(states):
-        motion = jax.vmap(one)(states)
+    def run(states, own=None):
+        if own is None:
+            motion = jax.vmap(one)(states)
+        else:
+            motion = jax.vmap(lambda state, each: one(state, Spacecraft(jnp.diag(each))))(states, own)
         return motion.quaternion, motion.angular_velocity
 
     @jax.jit
@@ -216,8 +259,8 @@ def _motion(rate: float, orbits: float, moments: tuple[float, ...], radius: floa
         tilt = jnp.arctan2(sine, jnp.sum(long_axis * vertical, axis=-1))
         return w - jax.vmap(jax.vmap(carried))(q), tilt
 
-    def move(keys, tilt, rate):
-        q, w = run(initial(keys, tilt, rate))
+    def move(keys, tilt, rate, own=None):
+        q, w = run(initial(keys, tilt, rate), own)
         return q, *against_orbit(q, w)
 
     return t_s, move

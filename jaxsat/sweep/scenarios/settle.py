@@ -7,7 +7,7 @@ stays within the limit of the field over the last orbit.
 import functools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -47,6 +47,7 @@ ASSUMPTIONS = (
     "A motion that is chaotic is kept though no step holds the tolerance; error_rad says of which cases.",
 )
 CHUNK = 256
+ONLY_FLOAT64 = "its steps are found by differences of motions that are smaller than roundings of float32"
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,6 @@ class Drawn:
     """`jaxsat.control.loops.Motion` over the cases."""
     numbers: Any
     spacecraft: Any
-    lag: Any
 
 
 @dataclass(frozen=True)
@@ -78,6 +78,10 @@ class _Program:
     """[rad]"""
     spread: Any
     name: str
+    turns: Any
+    """Of spacecraft."""
+    nominal: Any
+    """The spacecraft of the file, without parts that are commanded."""
 
 
 @functools.lru_cache(maxsize=4)
@@ -96,8 +100,7 @@ def _program(options: tuple[tuple[str, str], ...]) -> _Program:
     from jaxsat.simulate import simulate_many
     from jaxsat.sweep.flights.flight import flight_of
     from jaxsat.sweep.flights.spread import drawn_model, spread_of
-    from jaxsat.sweep.flights.starts import attitude_and_rate
-    from jaxsat.torques import lag_from_induction
+    from jaxsat.sweep.flights.starts import attitude_and_rate, first_lag
 
     reader = Reader(dict(options))
     number = reader.number
@@ -115,9 +118,10 @@ def _program(options: tuple[tuple[str, str], ...]) -> _Program:
         raise InputError("has no [magnet], which is to settle along the field", file=satellite.path)
     spread = spread_of(satellite, (), flight.spread)
     times = every * np.arange(math.ceil(duration / every) + 1)
-    around = flight.surroundings(float(times[-1]), field_rate=True)
+    around = flight.surroundings(float(times[-1]))
     if not flight.pressed:
         around = dataclasses.replace(around, sun=None)
+    nominal = dataclasses.replace(craft, parts=own_parts(craft.parts))
     field_0 = np.asarray(eqx.filter_jit(around)(jnp.zeros(1)).b_field_eci)[0]
 
     @jax.jit
@@ -129,19 +133,14 @@ def _program(options: tuple[tuple[str, str], ...]) -> _Program:
         q, w, own = jax.vmap(one)(keys)
         model, numbers = drawn_model(spread, satellite.model, own)
         made = dataclasses.replace(model.spacecraft, parts=own_parts(model.spacecraft.parts))
-        nominal = dataclasses.replace(craft, parts=own_parts(craft.parts))
         made = jax.tree.map(lambda leaf, like: jnp.broadcast_to(leaf, (len(keys), *jnp.shape(like))), made, nominal)
-
-        def lag(rods, q):
-            return lag_from_induction(rods, rods.induction, quaternion.rotate_inverse(q, jnp.asarray(field_0)))
-
-        return Motion(q, w), numbers, made, jax.vmap(lag)(made.hysteresis_rods, q)
+        return Motion(q, w, None, first_lag(made, nominal, q, field_0)), numbers, made
 
     def draw(keys):
         return Drawn(*begin(keys))
 
     def move(drawn):
-        state = AttitudeState(drawn.motion.quaternion, drawn.motion.angular_velocity, drawn.lag)
+        state = AttitudeState(drawn.motion.quaternion, drawn.motion.angular_velocity, drawn.motion.rod_lag)
         # Which motions are chaotic stands in the metric error_rad.
         return simulate_many(drawn.spacecraft, state, around, times, tolerance=tolerance, warn=False)
 
@@ -155,7 +154,34 @@ def _program(options: tuple[tuple[str, str], ...]) -> _Program:
         return jax.vmap(one)(magnets, quaternions)
 
     last = times >= times[-1] - flight.orbit_s
-    return _Program(draw, move, angles, times, last, limit, spread, satellite.name)
+    return _Program(draw, move, angles, times, last, limit, spread, satellite.name, _turns(nominal), nominal)
+
+
+def _turns(craft) -> tuple[Any, ...]:
+    """Knobs of a spacecraft. Rods begin with the induction that they have without them."""
+    from jaxsat.sweep.knobs.knob import Knob
+    from jaxsat.sweep.knobs.turns import Turn, largest_moment, positive
+
+    rods = craft.hysteresis_rods
+    of_rods = (
+        ("rod_volume", "mm3", "of each rod, of which the largest", "volumes", 1e9),
+        ("coercive_field", "A/m", "of each rod, as it appears outside it", "coercive_field", 1.0),
+        ("remanence", "T", "of each rod, as it appears outside it", "remanence", 1.0),
+        ("saturation", "T", "of each rod, as it appears outside it", "saturation", 1.0),
+    )
+    dipole = float(np.linalg.norm(np.asarray(craft.magnet)))
+    found = [
+        Turn(Knob("magnet", "A m2", "dipole of the magnet", dipole), (lambda craft: craft.magnet,)),
+        Turn(Knob("inertia", "kg m2", "the largest moment", largest_moment(craft.inertia)), (lambda c: c.inertia,)),
+    ]
+    found += [
+        Turn(
+            Knob(name, unit, meaning, size * float(np.max(np.asarray(getattr(rods, own))))),
+            (lambda craft, own=own: getattr(craft.hysteresis_rods, own),),
+        )
+        for name, unit, meaning, own, size in of_rods
+    ]
+    return positive(found)
 
 
 def _build(options: Mapping[str, str]) -> Scenario:
@@ -165,9 +191,7 @@ def _build(options: Mapping[str, str]) -> Scenario:
     # Whatever is wrong with options and files is said before anything is compiled.
     program = _program(options_of)
 
-    def run(seed: int, numbers: np.ndarray) -> dict[str, np.ndarray]:
-        program = _program(options_of)
-        drawn = program.draw(case_keys(seed, numbers))
+    def of_drawn(program: _Program, drawn: Drawn) -> dict[str, np.ndarray]:
         moved = program.move(drawn)
         return outcome(
             program,
@@ -177,19 +201,45 @@ def _build(options: Mapping[str, str]) -> Scenario:
             np.asarray(moved.errors),
         )
 
+    def run(seed: int, numbers: np.ndarray) -> dict[str, np.ndarray]:
+        program = _program(options_of)
+        return of_drawn(program, program.draw(case_keys(seed, numbers)))
+
+    def run_moved(seed: int, numbers: np.ndarray, moved: Any) -> dict[str, np.ndarray]:
+        from jaxsat.sweep.knobs.turns import turned
+
+        program = _program(options_of)
+        drawn = program.draw(case_keys(seed, numbers))
+        # On the host, as the steps of each case are chosen there.
+        craft = turned(drawn.spacecraft, program.nominal, program.turns, np.asarray(moved))
+        return of_drawn(program, replace(drawn, spacecraft=craft))
+
     def draw(seed: int, numbers: np.ndarray):
         return jax.device_get(_drawn(program.draw(case_keys(seed, numbers))))
 
     inputs = (*start_inputs(Reader(options).number("rate_deg_s")), *program.spread.inputs())
     history = functools.partial(_history, options_of)
-    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history, inputs=inputs, draw=draw)
+    return Scenario(
+        NAME,
+        STATUSES,
+        METRICS,
+        CHUNK,
+        run,
+        history=history,
+        inputs=inputs,
+        draw=draw,
+        knobs=tuple(turn.knob for turn in program.turns),
+        run_moved=run_moved,
+        only_float64=ONLY_FLOAT64,
+        horizon_s=float(program.times[-1]),
+    )
 
 
 def _drawn(drawn: Drawn) -> Drawn:
     """On the host, without what inputs do not read."""
     import jax
 
-    return Drawn(jax.device_get(drawn.motion), np.asarray(drawn.numbers), None, None)
+    return Drawn(jax.device_get(drawn.motion), np.asarray(drawn.numbers), None)
 
 
 def outcome(

@@ -7,6 +7,8 @@ simulated time, 1500 s by default; it has succeeded once the Sun was held for 10
 import functools
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -79,18 +81,36 @@ HELD_DEG = 3.0
 """Error at the end beyond which the Sun is no longer held, over the dead band and what is misaligned."""
 
 
+@dataclass(frozen=True)
+class _Program:
+    """What the options say."""
+
+    settings: Any
+    draw: Any
+    """Compiled, from keys to cases."""
+    run: Any
+    """From cases to status and metrics."""
+    run_moved: Any
+    """The same with knobs moved."""
+    one: Any
+    """The history of one of the cases."""
+    turns: Any
+    time_s: float
+
+
 @functools.lru_cache(maxsize=4)
-def _program(options: tuple[tuple[str, str], ...]):
-    """What the options say: settings, and compiled `draw(keys)`, `run(cases)` and the history `one(cases)`, of one."""
+def _program(options: tuple[tuple[str, str], ...]) -> _Program:
+    import equinox as eqx
     import jax
     import jax.numpy as jnp
 
     from jaxsat.control.sun_pointing.cases import run_cases, run_one
     from jaxsat.control.sun_pointing.draw import Dispersions, draw_cases
     from jaxsat.control.sun_pointing.law import SunPointingLaw
-    from jaxsat.control.sun_pointing.loop import Estimator, LoopSettings
+    from jaxsat.control.sun_pointing.sensing import Estimator, LoopSettings
     from jaxsat.control.sun_pointing.vehicle import nominal_vehicle
-    from jaxsat.math import float_array
+    from jaxsat.math import angle_between, float_array
+    from jaxsat.sweep.knobs.turns import turned
 
     reader = Reader(dict(options))
     number = reader.number
@@ -136,8 +156,71 @@ def _program(options: tuple[tuple[str, str], ...]):
     run = jax.jit(
         lambda cases: _metrics(law, run_cases(settings, law, cases, sun_eci, periods), cases, sun_eci, exhaust)
     )
-    one = jax.jit(lambda cases: run_one(settings, law, cases, sun_eci, periods)[1])
-    return settings, draw, run, one
+
+    @jax.jit
+    def one(cases):
+        samples = run_one(settings, law, cases, sun_eci, periods)[1]
+        error = jax.vmap(lambda sun: angle_between(law.target(), sun))(samples.readings["all"].sun_instrument)
+        return samples, error
+
+    turns = _turns(law, vehicle)
+
+    @jax.jit
+    def run_moved(cases, moved):
+        # Where the Sun shall stand is no knob, and the same for all.
+        own, built = turned((law, cases.vehicle), (law, vehicle), turns, moved)
+        cases = eqx.tree_at(lambda c: c.vehicle, cases, built)
+        return _metrics(law, run_cases(settings, own, cases, sun_eci, periods), cases, sun_eci, exhaust)
+
+    return _Program(settings, draw, run, run_moved, one, turns, periods * period)
+
+
+def _turns(law, vehicle):
+    """Knobs of law, vehicle and sensor, of a pair (law, vehicle)."""
+    from jaxsat.sweep.knobs.knob import Knob
+    from jaxsat.sweep.knobs.turns import Turn, largest_moment, positive
+
+    degree = math.radians(1.0)
+    of_law = (
+        ("attitude_gain", "1/s", "commanded rate over the angle still to turn", 1.0),
+        ("rate_gain", "1/s", "commanded acceleration over the error of the rate", 1.0),
+        ("slew_rate", "deg/s", "largest commanded rate", degree),
+        ("search_rate", "deg/s", "of the search rotation", degree),
+        ("rate_dead_band", "deg/s", "errors of the rate that are left alone while the Sun is held", degree),
+        ("damped_rate", "deg/s", "below which the rate counts as damped", degree),
+    )
+    of_vehicle = (
+        ("torque", "N m", "of each axis' thrusters, of which the largest", lambda v: v.thrusters.torque, 1.0),
+        ("min_pulse", "s", "shortest pulse", lambda v: v.thrusters.min_pulse, 1.0),
+        ("face_angle", "deg", "of the faces of the sensor's pyramid", lambda v: v.sensor.face_angle, degree),
+        ("hood_angle", "deg", "from the sensor's axis, beyond which its hood shades it", _hood_angle, degree),
+    )
+    found = [
+        Turn(
+            Knob(name, unit, meaning, float(getattr(law, name)) / size),
+            (lambda pair, name=name: getattr(pair[0], name),),
+        )
+        for name, unit, meaning, size in of_law
+    ]
+    found.append(
+        Turn(
+            Knob("inertia", "kg m2", "of vehicle and computer, the largest moment", largest_moment(vehicle.inertia)),
+            (lambda pair: pair[1].inertia, lambda pair: pair[1].assumed_inertia),
+            inverse=(lambda pair: pair[1].inverse_inertia,),
+        )
+    )
+    found += [
+        Turn(
+            Knob(name, unit, meaning, float(np.max(np.asarray(where(vehicle)))) / size),
+            (lambda pair, where=where: where(pair[1]),),
+        )
+        for name, unit, meaning, where, size in of_vehicle
+    ]
+    return positive(found)
+
+
+def _hood_angle(vehicle):
+    return vehicle.sensor.hood_angle
 
 
 def _metrics(law, state, cases, sun_eci, exhaust):
@@ -152,21 +235,22 @@ def _metrics(law, state, cases, sun_eci, exhaust):
     def error(q, mounting):
         return angle_between(law.target(), mounting.T @ quaternion.rotate_inverse(q, sun_eci))
 
-    off = jnp.degrees(jax.vmap(error)(state.quaternion, mounting))
-    settled = jnp.isfinite(state.guidance.settled_at)
-    sound = jnp.isfinite(off) & jnp.all(jnp.isfinite(state.angular_velocity), axis=1)
+    motion, tally, settled_at = state.motion, state.tally, state.controller.settled_at
+    off = jnp.degrees(jax.vmap(error)(motion.quaternion, mounting))
+    settled = jnp.isfinite(settled_at)
+    sound = jnp.isfinite(off) & jnp.all(jnp.isfinite(motion.angular_velocity), axis=1)
     status = jnp.where(settled, jnp.where(off < HELD_DEG, 0, 2), 1)
     found = {
-        "settling_time_s": jnp.where(settled, state.guidance.settled_at, jnp.nan),
-        "damping_time_s": state.mode_time[:, DAMPING],
-        "search_time_s": state.mode_time[:, SEARCH],
-        "slew_time_s": state.mode_time[:, SLEW],
+        "settling_time_s": jnp.where(settled, settled_at, jnp.nan),
+        "damping_time_s": tally.mode_time[:, DAMPING],
+        "search_time_s": tally.mode_time[:, SEARCH],
+        "slew_time_s": tally.mode_time[:, SLEW],
         "final_error_deg": off,
-        "final_rate_deg_s": jnp.degrees(safe_norm(state.angular_velocity)),
-        "impulse_N_s": state.impulse,
-        "propellant_g": 1e3 * state.impulse / exhaust,
-        "firings": state.pulses,
-        "worst_estimate_deg": jnp.degrees(2.0 * jnp.arcsin(jnp.minimum(0.5 * jnp.sqrt(state.worst_estimate), 1.0))),
+        "final_rate_deg_s": jnp.degrees(safe_norm(motion.angular_velocity)),
+        "impulse_N_s": tally.impulse,
+        "propellant_g": 1e3 * tally.impulse / exhaust,
+        "firings": tally.pulses,
+        "worst_estimate_deg": jnp.degrees(2.0 * jnp.arcsin(jnp.minimum(0.5 * jnp.sqrt(tally.worst_estimate), 1.0))),
     }
     found = {name: jnp.where(sound, value, jnp.nan) for name, value in found.items()}
     return {"status": jnp.where(sound, status, 3), **found}
@@ -177,17 +261,32 @@ def _build(options: Mapping[str, str]) -> Scenario:
 
     program = tuple(options.items())
     # Whatever is wrong with the options is said before anything is compiled.
-    _program(program)
+    made = _program(program)
 
     def run(seed: int, cases: np.ndarray) -> dict[str, np.ndarray]:
-        _, draw, run_drawn, _ = _program(program)
-        return jax.device_get(run_drawn(draw(case_keys(seed, cases))))
+        own = _program(program)
+        return jax.device_get(own.run(own.draw(case_keys(seed, cases))))
+
+    def run_moved(seed: int, cases: np.ndarray, moved: Any) -> Mapping[str, Any]:
+        own = _program(program)
+        return own.run_moved(own.draw(case_keys(seed, cases)), moved)
 
     def draw(seed: int, cases: np.ndarray):
-        return jax.device_get(_program(program)[1](case_keys(seed, cases)))
+        return jax.device_get(_program(program).draw(case_keys(seed, cases)))
 
-    history = functools.partial(_history, program)
-    return Scenario(NAME, STATUSES, METRICS, CHUNK, run, history=history, inputs=_inputs(options), draw=draw)
+    return Scenario(
+        NAME,
+        STATUSES,
+        METRICS,
+        CHUNK,
+        run,
+        history=functools.partial(_history, program),
+        inputs=_inputs(options),
+        draw=draw,
+        knobs=tuple(turn.knob for turn in made.turns),
+        run_moved=run_moved,
+        horizon_s=made.time_s,
+    )
 
 
 def _inputs(options: Mapping[str, str]) -> tuple[Input, ...]:
@@ -252,29 +351,31 @@ def _history(program: tuple[tuple[str, str], ...], seed: int, case: int) -> Hist
     """
     import jax
 
-    settings, draw, _, one = _program(program)
-    samples = jax.device_get(one(draw(case_keys(seed, np.array([case])))))
-    sun, estimate = samples.sun_instrument, np.where(samples.known[:, None], samples.estimate, np.nan)
-    rates = np.degrees(samples.angular_velocity)
+    own = _program(program)
+    settings = own.settings
+    samples, error = jax.device_get(own.one(own.draw(case_keys(seed, np.array([case])))))
+    sun, found = samples.readings["all"].sun_instrument, samples.estimate
+    estimate = np.where(found.sun_known[:, None], found.sun, np.nan)
+    rates, mode, spent = np.degrees(samples.motion.angular_velocity), samples.decision.mode, samples.pulses.impulse
     (true_angle, true_azimuth), (angle, azimuth) = _angles(sun), _angles(estimate)
     columns = {
         **{f"sun_{c}": sun[:, k] for k, c in enumerate("xyz")},
         **{f"estimate_{c}": estimate[:, k] for k, c in enumerate("xyz")},
         "view_angle_deg": true_angle,
         "estimated_view_angle_deg": angle,
-        "faces_lit": samples.lit,
-        "mode": samples.mode,
+        "faces_lit": samples.readings["all"].lit,
+        "mode": mode,
         **{f"rate_{c}_deg_s": rates[:, k] for k, c in enumerate("xyz")},
-        "error_deg": np.degrees(samples.error),
-        "impulse_N_s": np.cumsum(samples.impulse),
+        "error_deg": np.degrees(error),
+        "impulse_N_s": np.cumsum(spent),
     }
     charts = {
         "Sun from the sensor's axis, deg": {"true": true_angle, "estimated": angle},
         "azimuth of the Sun about the axis, deg": {"true": true_azimuth, "estimated": azimuth},
         "Sun in instrument axes": dict(zip("xyz", sun.T, strict=True)),
         "angular rate, deg/s": dict(zip("xyz", rates.T, strict=True)),
-        "mode: 0 damping, 1 search, 2 slew, 3 hold": {"": samples.mode},
-        "impulse spent, N s": {"": np.cumsum(samples.impulse)},
+        "mode: 0 damping, 1 search, 2 slew, 3 hold": {"": mode},
+        "impulse spent, N s": {"": np.cumsum(spent)},
     }
     remark = f"{settings.estimator} estimator; seen every {settings.period_s:g} s"
     return History(settings.period_s * np.arange(len(sun)), columns, charts, remark)

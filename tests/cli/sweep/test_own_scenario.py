@@ -80,6 +80,15 @@ def test_the_template_is_refused_where_a_file_is_and_runs_as_it_stands(capsys):
     assert rate == pytest.approx(table[4]["final_rate_deg_s"], rel=1e-9)
     assert Path("r/case-4/history.png").stat().st_size > 10_000
 
+    assert run(["sensitivity", "my_cube.py", "--cases", "500", "--seed", "2", "--out", "s", "-q", *short]) == 0
+    slopes = json.loads(Path("s/slopes.json").read_text())
+    assert list(slopes["knobs"]) == ["gain", "largest"] and slopes["knobs"]["largest"]["value"] == 0.2
+    # Of cases as those of the sweep; more gain or larger coils: more is spent.
+    mean = np.mean([row["coils_A_m2_s"] for row in table])
+    assert slopes["metrics"]["coils_A_m2_s"]["mean"] == pytest.approx(mean, rel=0.5)
+    spent = slopes["metrics"]["coils_A_m2_s"]["slopes"]
+    assert spent["gain"]["slope"] > 0.0 and spent["largest"]["slope"] >= 0.0
+
 
 def test_the_file_is_found_by_path_and_by_name_and_in_shards(tmp_path, monkeypatch):
     Path("dart.py").write_text(DART)

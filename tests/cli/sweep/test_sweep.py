@@ -29,7 +29,7 @@ def own_directory(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(FOLDER)
     # The cache of compiled programs belongs to the user, the settings of JAX to the test session.
-    monkeypatch.setattr("jaxsat.numerics.set_up_jax", lambda: None)
+    monkeypatch.setattr("jaxsat.numerics.set_up_jax", lambda *_: None)
 
 
 def start(*arguments: str) -> subprocess.Popen:
@@ -59,6 +59,7 @@ def test_what_a_sweep_leaves(capsys):
     assert KEYS <= set(summary) and summary["schema"] == "jaxsat.sweep/1"
     assert (summary["scenario"], summary["cases"], summary["seed"]) == ("fake", 50, 3)
     assert summary["options"]["scale"] == 2 and summary["cases_per_s"] > 0
+    assert (summary["chunk"], summary["precision"], summary["devices"]) == (8, "float64", {"cpu": 7})
     table = pq.read_table("deep/out/cases.parquet")
     assert summary["failed"] == np.flatnonzero(np.array(table["status"].to_pylist()) != "succeeded").tolist() != []
     assert summary["metrics"]["miss_deg"]["p50"] == np.median(table["miss_deg"].to_numpy())
@@ -97,6 +98,8 @@ def test_a_finished_sweep_can_be_resumed_and_grown(capsys):
         (["--resume", "--seed", "4"], "out: holds a sweep with seed 3, not 4"),
         (["--resume", "--set", "scale=2"], "out: holds a sweep with option scale = 1, not 2"),
         (["--resume", "--cases", "9"], "out: holds a sweep with 20 cases, not 9"),
+        (["--resume", "--precision", "float32"], "out: holds a sweep with precision float64, not float32"),
+        (["--resume", "--chunk", "16"], "out: holds a sweep with cases of a chunk 8, not 16"),
         (["--case", "1", "--seed", "4"], "out: holds a sweep with seed 3, not 4"),
     ],
 )
@@ -128,6 +131,9 @@ def test_another_sweep_in_the_directory_is_refused(arguments, expected, capsys):
         ([FAKE, "--cases", "1e3"], "Expected a whole number"),
         ([FAKE, "--case", "-1"], "Must be >= 0"),
         ([FAKE, "--case", "1", "--shard", "1/2"], "--case runs one case"),
+        ([FAKE, "--chunk", "12"], "--chunk: expected a multiple of 8 for fake, got 12"),
+        ([FAKE, "--precision", "float16"], "float16"),
+        (["fake_scenario:fine", "--precision", "float32"], "fake runs in float64 alone: it is too fine"),
         ([FAKE, "--engine", "ray"], "ray"),
         ([FAKE, "--scheduler", "tcp://a:1"], "--engine dask"),
     ],
@@ -160,6 +166,24 @@ def test_a_spoilt_chunk_is_named_and_run_again(capsys):
     assert run(["sweep", FAKE, "--no-plots", "--out", "whole", "--resume"]) == 0
     assert f"warning: {spoilt}: cannot be read" in capsys.readouterr().err
     assert Path("whole/cases.parquet").read_bytes() == expected
+
+
+def test_chunks_of_another_size_and_another_device(monkeypatch, capsys):
+    """A GPU takes many cases at once, and a CPU may finish what it began, with a word."""
+    expected = whole("--cases", "50")
+    arguments = ["sweep", FAKE, "--no-plots", "--out", "a"]
+    with monkeypatch.context() as patched:
+        for module in ("numerics", "sweep.chunks"):
+            patched.setattr(f"jaxsat.{module}.device_name", lambda: "gpu H")
+        patched.setattr("jaxsat.cli.sweep.request.GPU_CASES", 20)
+        assert run([*arguments, "--cases", "50", "--shard", "1/2"]) == 0
+    assert chunks("a") == ["chunk-00000000.parquet", "chunk-00000002.parquet"]
+    capsys.readouterr()
+    assert run([*arguments, "--resume"]) == 0
+    assert "warning: begun with device gpu H: last digits may differ" in capsys.readouterr().err
+    summary = json.loads(Path("a/summary.json").read_text())
+    assert summary["chunk"] == 24 and summary["devices"] == {"gpu H": 2, "cpu": 1}
+    assert Path("a/cases.parquet").read_bytes() == expected
 
 
 def test_a_full_disk_is_one_line(tmp_path, capsys):

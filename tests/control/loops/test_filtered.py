@@ -72,6 +72,12 @@ def test_pointing_waits_until_the_attitude_is_known():
         told = Estimate(jnp.asarray(FIELD), jnp.asarray(True), jnp.zeros(3), q, jnp.asarray(known))
         _, commands = law.update(None, told, now)
         assert bool(np.any(commands.dipole)) == known
+        _, commands = dataclasses.replace(law, by_thrusters=True).update(None, told, now)
+        # 74 deg about x, by J times -2 f^2 q of what a slew is limited to.
+        np.testing.assert_allclose(
+            np.asarray(commands.thrust), [-0.03 * 0.02 * 0.08 if known else 0.0, 0.0, 0.0], atol=1e-18
+        )
+        assert not np.any(commands.dipole)
 
 
 def test_what_it_needs_is_named():

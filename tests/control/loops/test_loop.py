@@ -7,27 +7,28 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from jaxsat.control.actuators import Magnetorquers
+from jaxsat.control.actuators import Magnetorquers, Thrusters
 from jaxsat.control.closed_loop import run_cases, run_one
 from jaxsat.control.laws import damping_dipole, damping_gain, dumping_dipole
 from jaxsat.control.loops import (
+    AbstractController,
     AsRead,
+    Commands,
     FieldDifference,
-    Instant,
     Motion,
     Perfect,
     Plant,
     RateAcrossField,
     RateWatch,
     Schedule,
-    Stage,
-    Timeline,
     channel,
     first_state,
     loop,
     step_within,
+    unchanging,
     vehicle,
 )
 from jaxsat.environment import OrbitTable
@@ -41,33 +42,15 @@ SCHEDULE = Schedule(PERIOD, 0.5, DUTY)
 BODY = vehicle(Spacecraft(jnp.asarray(J)), Magnetorquers.along(np.eye(3), 0.2, RESIDUAL))
 
 
-def still(schedule, periods):
-    """No Earth near, and one field."""
-    edges = schedule.edges
-    steps = len(edges) - 1
-
-    def many(value, *axes):
-        value = np.asarray(value, float)
-        return jnp.asarray(np.broadcast_to(value, (*axes, *value.shape)).copy())
-
-    place = np.array([FAR, 0, 0])
-    times = schedule.period_s * np.arange(periods)
-    instants = Instant(
-        jnp.asarray(times),
-        *(many(x, periods) for x in (place, np.zeros(3), FIELD, np.array([1.0, 0, 0]), 1.0)),
-        mode=jnp.zeros(periods, int),
-    )
-    points = OrbitTable(many(place, periods, steps, 3), many(FIELD, periods, steps, 3))
-    stages = Stage(many(np.diff(edges), periods), many(schedule.on.astype(float), periods), points)
-    return Timeline(instants, jax.tree.map(lambda leaf: leaf[-1], instants), stages)
-
-
-AROUND = still(SCHEDULE, PERIODS)
+# No Earth near, and one field.
+HERE = OrbitTable(jnp.array([FAR, 0.0, 0.0]), jnp.asarray(FIELD))
+SUN = np.array([1.0, 0.0, 0.0])
+AROUND = unchanging(SCHEDULE, PERIODS, SUN, HERE)
 START = Motion(jnp.array([1.0, 0, 0, 0]), jnp.array([0.1, -0.15, 0.05]))
 
 
 def run(estimator, controller, channels, key=None):
-    watch = RateWatch(0.05, jnp.full(3, 0.2), PERIOD, DUTY)
+    watch = RateWatch(0.05, PERIOD, DUTY)
     plant = Plant(BODY, channels, AROUND)
     made = loop(plant, estimator, controller, SCHEDULE, watch=watch)
     start = first_state(plant, estimator, controller, START, watch=watch)
@@ -121,7 +104,7 @@ def test_differences_of_readings_damp_as_well():
 
 def test_many_cases_are_as_one_and_the_slope_by_the_gain_is_that_of_differences():
     channels = {"field": channel(Magnetometer(), sigma=1e-7)}
-    around = still(SCHEDULE, 20)
+    around = unchanging(SCHEDULE, 20, SUN, HERE)
     plant, estimator = Plant(BODY, channels, around), AsRead()
     keys = jax.random.split(jax.random.key(2), 5)
     q = jax.random.normal(jax.random.key(3), (5, 4))
@@ -155,6 +138,40 @@ def test_many_cases_are_as_one_and_the_slope_by_the_gain_is_that_of_differences(
     np.testing.assert_allclose(slope, difference, rtol=1e-6)
     found = together(gain)
     np.testing.assert_allclose(value, np.mean(np.linalg.norm(found, axis=1)), rtol=1e-12)
+
+
+class Steady(AbstractController):
+    """The same torque of the thrusters all the time."""
+
+    def start(self):
+        return None
+
+    def update(self, memory, estimate, now):
+        # The third couple's pulse would be too short.
+        return None, Commands(jnp.zeros(3), jnp.zeros(3), jnp.array([1e-3, -5e-4, 1e-5]), jnp.zeros(3))
+
+
+def test_thrusters_turn_a_body_as_scipy_has_it_and_spend_their_impulse():
+    schedule, J, torque = Schedule(1.0, 0.1), np.diag([0.035, 0.034, 0.007]) + 1e-3, np.array([1e-3, -5e-4, 0.0])
+    craft = vehicle(Spacecraft(jnp.asarray(J)), thrusters=Thrusters.along(np.eye(3), 2e-3, [0.1, 0.2, 0.1], 0.01))
+    plant, law = Plant(craft, {}, unchanging(schedule, 3, SUN)), Steady()
+    start = first_state(plant, Perfect(), law, START)
+    end, samples = jax.jit(
+        lambda: run_one(loop(plant, Perfect(), law, schedule), (craft, {}, Perfect(), law), start, None, 3)
+    )()
+
+    def slope(_, y):
+        q, w = y[:4], y[4:]
+        turn = np.array([-q[1:] @ w, *(q[0] * w + np.cross(q[1:], w))])
+        return np.concatenate([0.5 * turn, np.linalg.solve(J, torque - np.cross(w, J @ w))])
+
+    first = np.concatenate([START.quaternion, START.angular_velocity])
+    exact = solve_ivp(slope, (0.0, 3.0), first, method="DOP853", rtol=1e-12, atol=1e-14).y[:, -1]
+    # RK4 in steps of a fiftieth of a radian.
+    np.testing.assert_allclose(end.motion.angular_velocity, exact[4:], atol=1e-9)
+    np.testing.assert_allclose(end.motion.quaternion, exact[:4], atol=1e-9)
+    np.testing.assert_allclose(samples.pulses.impulse, 1e-3 / 0.1 + 5e-4 / 0.2, rtol=1e-12)
+    np.testing.assert_array_equal(samples.pulses.count, 2.0)
 
 
 def test_schedules_have_steps_that_end_where_coils_switch():

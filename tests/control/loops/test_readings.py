@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.spatial.transform import Rotation
 
 from jaxsat.control.loops import Instant, Motion, channel
@@ -72,18 +73,24 @@ def test_readings_come_late_by_whole_periods_and_in_steps():
 
 
 def test_drop_outs_and_noise_are_as_often_and_as_large_as_stated():
-    channels = {"field": channel(Magnetometer(), sigma=2e-7, dropout=0.2), "rate": channel(Gyroscope(), sigma=1e-3)}
-    count, cases = numbers_needed(channels), 20000
-    assert count == 8
+    channels = {
+        "field": channel(Magnetometer(), sigma=2e-7, dropout=0.2),
+        "rate": channel(Gyroscope(), sigma=1e-3, outliers=0.1),
+    }
+    cases = 20000
+    assert numbers_needed(channels) == (6, 2)
     normal, uniform = jax.random.split(jax.random.key(1))
     numbers = jnp.concatenate([jax.random.normal(normal, (cases, 6)), jax.random.uniform(uniform, (cases, 2))], axis=1)
     blank = nothing_yet(channels)
     found = jax.jit(jax.vmap(lambda n: read(channels, blank, MOTION, HERE, n)[1]))(numbers)
     assert abs(float(jnp.mean(found["field"].fresh)) - 0.8) < 5.0 * 0.4 / np.sqrt(cases)
     off = np.asarray(found["field"].value)[np.asarray(found["field"].fresh)] - Q.inv().apply(FIELD)
-    for sample, sigma in ((off, 2e-7), (np.asarray(found["rate"].value - MOTION.angular_velocity[None]), 1e-3)):
-        # Within five sigmas of a sample variance.
-        np.testing.assert_allclose(np.mean(sample**2, axis=0), sigma**2, rtol=5.0 * np.sqrt(2.0 / len(sample)))
+    # Within five sigmas of a sample variance.
+    np.testing.assert_allclose(np.mean(off**2, axis=0), 2e-7**2, rtol=5.0 * np.sqrt(2.0 / len(off)))
+    # Beyond five sigmas are those with twenty times the noise that are beyond a quarter of theirs.
+    rate = np.asarray(found["rate"].value - MOTION.angular_velocity[None])[:, 0]
+    share = 0.2 * stats.norm.sf(0.25)
+    assert abs(np.mean(np.abs(rate) > 5e-3) - share) < 5.0 * np.sqrt(share / cases)
 
 
 def test_sensors_that_tell_no_loop_anything_are_refused():

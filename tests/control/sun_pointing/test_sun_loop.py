@@ -8,14 +8,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from jaxsat.control.sun_pointing.cases import Cases, run_cases, run_one
 from jaxsat.control.sun_pointing.draw import Dispersions, draw_cases
 from jaxsat.control.sun_pointing.law import HOLD, SunPointingLaw
-from jaxsat.control.sun_pointing.loop import LoopSettings, _moved
-from jaxsat.control.sun_pointing.vehicle import BODY_FROM_INSTRUMENT, INERTIA_KG_M2, TORQUE_N_M, nominal_vehicle
+from jaxsat.control.sun_pointing.sensing import LoopSettings
+from jaxsat.control.sun_pointing.vehicle import BODY_FROM_INSTRUMENT, INERTIA_KG_M2, nominal_vehicle
 from jaxsat.sweep import case_keys
 
 LAW, SUN = SunPointingLaw(), jnp.array([1.0, 0.0, 0.0])
@@ -59,35 +58,19 @@ def degrees_apart(a, b):
     return np.degrees(2.0 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1)))
 
 
-def test_a_control_period_of_motion_is_that_of_scipy():
-    vehicle = nominal_vehicle()
-    q, w = jnp.array([0.6, 0.0, 0.8, 0.0]), jnp.array([0.03, -0.04, 0.02])
-    torque, J = jnp.array(TORQUE_N_M) * jnp.array([1.0, -0.5, 0.2]), INERTIA_KG_M2
-
-    def slope(_, y):
-        q, w = y[:4], y[4:]
-        turn = np.array([-q[1:] @ w, *(q[0] * w + np.cross(q[1:], w))])
-        return np.concatenate([0.5 * turn, np.linalg.solve(J, np.asarray(torque) - np.cross(w, J @ w))])
-
-    exact = solve_ivp(slope, (0.0, 1.0), np.concatenate([q, w]), method="DOP853", rtol=1e-12, atol=1e-14).y[:, -1]
-    new_q, new_w = quick(lambda q, w, torque: _moved(vehicle, q, w, torque, 1.0))(q, w, torque)
-    np.testing.assert_allclose(new_w, exact[4:], atol=1e-10)
-    np.testing.assert_allclose(new_q, exact[:4], atol=1e-8)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("settings", "made"), [(LoopSettings(), perfect), (NOISY, lambda cases: cases)])
 def test_the_sun_is_found_and_held(settings, made):
     cases = made(draw(keys(24)))
     final = program(settings, 900)(cases)
-    assert np.all(np.isfinite(final.guidance.settled_at))
-    assert np.all(np.asarray(final.guidance.mode) == HOLD)
+    assert np.all(np.isfinite(final.controller.settled_at))
+    assert np.all(np.asarray(final.controller.mode) == HOLD)
     mounting = np.broadcast_to(cases.vehicle.body_from_instrument, (24, 3, 3))
-    sun_body = rotation(final.quaternion).inv().apply(np.array(SUN))
+    sun_body = rotation(final.motion.quaternion).inv().apply(np.array(SUN))
     # Half a degree of dead band, and what noise and bias move it.
     assert degrees_apart(np.einsum("nij,ni->nj", mounting, sun_body), LAW.target()).max() < 1.5
-    assert np.degrees(np.linalg.norm(final.angular_velocity, axis=1)).max() < 0.05
-    assert np.all((np.asarray(final.impulse) > 1.0) & (np.asarray(final.impulse) < 150.0))
+    assert np.degrees(np.linalg.norm(final.motion.angular_velocity, axis=1)).max() < 0.05
+    assert np.all((np.asarray(final.tally.impulse) > 1.0) & (np.asarray(final.tally.impulse) < 150.0))
 
 
 @pytest.mark.slow
@@ -98,11 +81,11 @@ def test_a_case_is_the_same_alone_and_in_company():
     for k in (1, 17):
         state, samples = alone(NOISY, 900)(cases, k)
         # Roundings grow where a threshold is passed: to a pulse of 0.03 s, not to another course.
-        assert float(state.guidance.settled_at) == pytest.approx(float(final.guidance.settled_at[k]), abs=2.0)
-        assert float(state.impulse) == pytest.approx(float(final.impulse[k]), rel=0.02)
-        assert samples.mode.shape == (900,) and int(samples.mode[-1]) == HOLD
+        assert float(state.controller.settled_at) == pytest.approx(float(final.controller.settled_at[k]), abs=2.0)
+        assert float(state.tally.impulse) == pytest.approx(float(final.tally.impulse[k]), rel=0.02)
+        assert samples.decision.mode.shape == (900,) and int(samples.decision.mode[-1]) == HOLD
     fewer = program(NOISY, 900)(draw(keys(24, first=5)))
-    np.testing.assert_allclose(fewer.impulse[:19], final.impulse[5:], rtol=1e-9)
+    np.testing.assert_allclose(fewer.tally.impulse[:19], final.tally.impulse[5:], rtol=1e-9)
 
 
 @pytest.mark.slow
@@ -117,7 +100,7 @@ def test_without_torque_energy_and_momentum_stay():
 
     (e0, h0), (e1, h1) = (
         invariants(start.quaternion, start.angular_velocity),
-        invariants(final.quaternion, final.angular_velocity),
+        invariants(final.motion.quaternion, final.motion.angular_velocity),
     )
     np.testing.assert_allclose(e1, e0, rtol=1e-4)
     np.testing.assert_allclose(h1, h0, atol=1e-4 * np.linalg.norm(h0, axis=1).max())
@@ -136,10 +119,11 @@ def test_the_tracker_errs_less_than_the_published_algorithm_and_both_arrive():
     # Of one case and alone for its history; with the program of the others, whose state tells the largest error.
     cases = Cases(jnp.asarray(np.tile(q, (24, 1))), jnp.zeros((24, 3)), nominal_vehicle(), keys(24))
     _, samples = alone(LoopSettings(estimator="published"), 900)(cases, 0)
-    off = degrees_apart(samples.estimate, samples.sun_instrument)
-    assert np.degrees(samples.error[0]) == pytest.approx(80.0, abs=1e-6)
-    assert np.max(np.where(samples.known, off, 0.0)) > 40.0 and np.degrees(samples.error[-1]) < 1.0
+    sun, found = samples.readings["all"].sun_instrument, samples.estimate
+    error, off = degrees_apart(sun, LAW.target()), degrees_apart(found.sun, sun)
+    assert error[0] == pytest.approx(80.0, abs=1e-6)
+    assert np.max(np.where(found.sun_known, off, 0.0)) > 40.0 and error[-1] < 1.0
     final = program(LoopSettings(), 900)(cases)
-    off = 2.0 * np.degrees(np.arcsin(0.5 * np.sqrt(np.asarray(final.worst_estimate))))
-    end = rotation(final.quaternion).inv().apply(np.array(SUN)) @ BODY_FROM_INSTRUMENT
+    off = 2.0 * np.degrees(np.arcsin(0.5 * np.sqrt(np.asarray(final.tally.worst_estimate))))
+    end = rotation(final.motion.quaternion).inv().apply(np.array(SUN)) @ BODY_FROM_INSTRUMENT
     assert np.max(off) < 1e-3 and np.max(degrees_apart(end, LAW.target())) < 1.0

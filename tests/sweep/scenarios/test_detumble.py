@@ -20,6 +20,7 @@ from jaxsat.sweep import (
     find_missing,
     merge_cases,
     run_cases,
+    run_dask,
     run_local,
 )
 from jaxsat.sweep.scenarios import detumble
@@ -44,9 +45,11 @@ def test_a_motion_is_that_of_scipy_with_the_same_dipoles():
     stages, schedule = loops.timeline().stages, loops.schedule
     begins, edges = np.asarray(loops.timeline().instants.time), schedule.edges
     nodes = (begins[:, None] + edges[None, :-1]).reshape(-1)
+    points = stages.points
+    assert points is not None
     field, place = (
         CubicSpline(nodes, np.asarray(leaf)[:, :, 0].reshape(-1, 3))
-        for leaf in (stages.points.b_field_eci, stages.points.position_eci)
+        for leaf in (points.b_field_eci, points.position_eci)
     )
     craft = drawn.vehicle.spacecraft
     J, magnet = craft.inertia[case], craft.magnet[case]
@@ -86,8 +89,9 @@ def test_a_case_does_not_depend_on_the_others_of_its_chunk(whole):
     assert mixed["final_rate_deg_s"][0] != whole["final_rate_deg_s"][0]
 
 
-def test_shards_and_a_resumed_sweep_are_the_whole(tmp_path):
-    """Bit for bit: chunks in another order, in another directory, and after one was lost."""
+def test_shards_dask_and_a_resumed_sweep_are_the_whole(tmp_path):
+    """Bit for bit: chunks in another order, in another directory, through a scheduler, and after one was lost."""
+    distributed = pytest.importorskip("distributed")
     source = Source.of("jaxsat.sweep.scenarios.detumble:make", OPTIONS)
     plan = SweepPlan("detumble", 2, dict(source.options), SCENARIO.chunk, 2 * SCENARIO.chunk - 50)
 
@@ -106,10 +110,17 @@ def test_shards_and_a_resumed_sweep_are_the_whole(tmp_path):
     assert missing == [1]
     run(tmp_path / "whole", missing)
     assert lost.read_bytes() == before
-    for name in ("whole", "shards"):
+    claim(tmp_path / "dask", plan)
+    # A worker in this process has the program compiled; processes are tried by experiments/benchmarks/throughput.py.
+    settings = {"n_workers": 1, "processes": False, "dashboard_address": None}
+    with distributed.LocalCluster(**settings) as cluster:
+        given = {"on_done": lambda done: None, "scheduler": cluster.scheduler_address}
+        run_dask(source, plan, tmp_path / "dask", plan.shard(), **given)
+    names = ("whole", "shards", "dask")
+    for name in names:
         merge_cases(SCENARIO, plan, tmp_path / name)
-    merged = [(tmp_path / name / "cases.parquet").read_bytes() for name in ("whole", "shards")]
-    assert merged[0] == merged[1]
+    merged = [(tmp_path / name / "cases.parquet").read_bytes() for name in names]
+    assert merged[0] == merged[1] == merged[2]
 
 
 def test_cases_are_drawn_as_the_file_and_the_options_say(whole):

@@ -8,6 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+from fitting.sensitivity.means import slopes_of_means
 from jaxsat.cli.sweep.case import write_history
 from jaxsat.errors import InputError
 from jaxsat.sweep import drawn_inputs, run_cases
@@ -121,3 +122,26 @@ def test_options_reach_the_motion(motion, monkeypatch):
     assert given == {"tilt": math.pi, "rate": math.radians(0.04), "orbits": 2.5, **body}
     with pytest.raises(InputError, match="rate_deg_s: expected a number from 0 to 1, found '2'"):
         make({"rate_deg_s": "2"})
+
+
+def test_moved_by_nothing_cases_stay_and_means_of_derivatives_are_those_of_differences():
+    """Of the libration, which is smooth: exact, by differences of the same cases, and by the slope of the mean."""
+    scenario = make({"orbits": "0.3", "tilt_deg": "5", "rate_deg_s": "0.01"})
+    cases, names = np.arange(64), [knob.name for knob in scenario.knobs]
+    assert scenario.run_moved is not None
+    still = scenario.run_moved(1, cases, np.zeros((64, len(names))))
+    found = slopes_of_means(scenario, ["moment_x", "rate"], cases=64, seed=1, width=0.005, exact=True)
+    assert found.ended == {"succeeded": 64}
+    for name in ("largest_tilt_deg", "final_rate_deg_s"):
+        one = found.metrics[name]
+        assert one.exact is not None and one.mean == pytest.approx(np.asarray(still[name]).mean(), rel=1e-12)
+        for k, knob in enumerate(("moment_x", "rate")):
+            step = 1e-5 * np.eye(len(names))[names.index(knob)]
+            up, down = (np.asarray(scenario.run_moved(1, cases, np.tile(s * step, (64, 1)))[name]) for s in (1, -1))
+            # In a step another of the samples may become the one of the largest tilt.
+            rel = 1e-6 if name == "final_rate_deg_s" else 1e-3
+            size = np.abs(up - down).mean() / 2e-5
+            assert one.exact.slopes[k] == pytest.approx(np.mean(up - down) / 2e-5, abs=rel * size)
+            assert abs(one.exact.apart[k]) < 4.0 * one.exact.apart_sigma[k]
+            assert one.exact.slopes[k] == pytest.approx(one.slopes.slopes[k], abs=4.0 * one.slopes.sigma[k])
+    np.testing.assert_allclose(np.asarray(still["largest_tilt_deg"]), run_cases(scenario, 1, cases)["largest_tilt_deg"])

@@ -38,13 +38,16 @@ def test_a_case_does_not_depend_on_the_others_of_its_chunk(whole):
 
 def test_options_are_checked(tmp_path):
     file = tmp_path / "sat.toml"
-    file.write_text(CUBESAT.read_text("utf-8").replace('axis = "+z"\ninertia', 'axis = "+y"\ninertia'))
+    text = CUBESAT.read_text("utf-8").replace('axis = "+z"\ninertia', 'axis = "+y"\ninertia')
+    file.write_text(text.replace('axis = "+z"\ntorque', 'axis = "+y"\ntorque'))
     for given, told in (
         ({"second": "-z"}, "second: expected another direction"),
         ({"axis": "up"}, "axis: expected one of"),
         ({"target": "moon"}, "target: expected one of sun, nadir, inertial"),
         ({"attitude": "star_tracker"}, 'has no sensor of kind "star_tracker"'),
         ({"satellite": str(file)}, r"has no three \[\[wheels\]\]"),
+        ({"satellite": str(file), "actuators": "thrusters"}, r"has no three \[\[thrusters\]\] about axes"),
+        ({"gate": "2"}, "gate: expected off or a number from 0.5"),
     ):
         with pytest.raises(InputError, match=told):
             make(given)

@@ -1,0 +1,71 @@
+"""What a change of each knob does to the mean of each metric, with its error."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from jaxsat.plotting.style import FAINT, INK, LEFT_OUT, dress, head, new_figure
+
+BAR, FAINT_BAR = "#14497a", "#b9c7d6"
+ROW_IN, HEAD_IN = 0.24, 0.78
+SEEN = 3.0
+"""Errors from which on an effect has the full colour."""
+
+
+def draw_slopes(metrics: Mapping[str, Mapping[str, Any]], *, title: str, subtitle: str = "") -> Figure:
+    """Returns a bar for each knob in a panel for each metric, which are those of `slopes.json`."""
+    knobs = max((len(one["slopes"]) for one in metrics.values()), default=1)
+    columns = min(2, max(1, len(metrics)))
+    rows = max(1, math.ceil(len(metrics) / columns))
+    height = 0.8 + rows * (HEAD_IN + ROW_IN * knobs)
+    figure = new_figure(9.6, height, title, subtitle)
+    grid = figure.subplots(
+        rows,
+        columns,
+        squeeze=False,
+        gridspec_kw={
+            "left": 0.19,
+            "right": 0.985,
+            "top": 1.0 - 0.95 / height,
+            "bottom": 0.5 / height,
+            "hspace": HEAD_IN / (ROW_IN * knobs),
+            "wspace": 0.5,
+        },
+    )
+    places = list(grid.flat)
+    for axes, (name, metric) in zip(places, metrics.items(), strict=False):
+        _draw(axes, name, metric)
+    for axes in places[len(metrics) :]:
+        axes.set_axis_off()
+    return figure
+
+
+def _draw(axes: Axes, name: str, metric: Mapping[str, Any]) -> None:
+    dress(axes)
+    head(axes, name)
+    mean = metric["mean"]
+    if mean is not None:
+        # Its unit stands in the name.
+        head(axes, f"mean {mean:.4g}", side="right", fontsize=8, color="#555b66")
+    slopes = metric["slopes"]
+    for place, one in enumerate(slopes.values()):
+        value, sigma = one["effect"]["value"], one["effect"]["sigma"]
+        if value is None:
+            continue
+        seen = sigma is not None and abs(value) >= SEEN * sigma and value != 0.0
+        axes.barh(place, value, 0.62, color=BAR if seen else FAINT_BAR, linewidth=0)
+        if sigma is not None:
+            axes.plot([value - sigma, value + sigma], [place, place], color=INK, linewidth=1.0)
+        exact = one.get("exact")
+        if exact is not None and exact["effect"] is not None:
+            axes.plot(exact["effect"], place, "o", color=LEFT_OUT, markersize=3.5)
+    axes.axvline(0.0, color=FAINT, linewidth=0.8)
+    labels = [f"{own} {one['effect']['of']}" for own, one in slopes.items()]
+    axes.set_yticks(range(len(slopes)), labels, fontsize=7.5)
+    axes.set_ylim(len(slopes) - 0.4, -0.6)
+    axes.locator_params(axis="x", nbins=5)
+    if any("exact" in one for one in slopes.values()):
+        axes.set_xlabel("dots: exact derivatives", fontsize=7.5, color=LEFT_OUT, labelpad=1)

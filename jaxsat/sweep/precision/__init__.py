@@ -1,0 +1,1 @@
+"""Sweeps in single precision: the same draws as in double precision, and what the rounding does, case by case."""
