@@ -35,8 +35,8 @@ def check_precision(initial: AttitudeState, tolerance: float, caller: str) -> No
     single = np.finfo(initial.quaternion.dtype).eps > np.finfo(np.float64).eps
     if single and not tolerance >= SINGLE_TOLERANCE:
         raise ValueError(
-            f"{caller}: the initial states are {initial.quaternion.dtype}, of which a tumble magnifies the roundings up "
-            "to wrong attitudes: give them in float64 (jax.config.update('jax_enable_x64', True)), or, where rough "
+            f"{caller}: the initial states are {initial.quaternion.dtype}, of which a tumble magnifies the roundings "
+            "up to wrong attitudes: give them in float64 (jax.config.update('jax_enable_x64', True)), or, where rough "
             f"attitudes will do, a tolerance of {SINGLE_TOLERANCE:g} rad or more, got {tolerance:g}"
         )
 

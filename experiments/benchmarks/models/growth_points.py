@@ -25,9 +25,9 @@ from fitting.parameters.free import free_parameters
 from fitting.solvers.refine import PLAIN
 from fitting.starts.multi_start import Stage, solve
 from fitting.surroundings import surroundings as session_surroundings
+from jaxsat import compiled
 from jaxsat.dynamics import AttitudeState
 from jaxsat.integrators import RK4, AdamsGrid, step_for
-from jaxsat.math.one_function import compiled
 from jaxsat.satellites import read_satellite
 from jaxsat.simulate import simulate_many, simulate_on_grid
 from jaxsat.synthetic.twins.settings import TwinSettings
@@ -100,15 +100,23 @@ def cases(size: int) -> Work:
 
 
 def arc(size: int) -> Work:
-    """`simulate_many` of one satellite over so many hours, read a hundred times."""
-    job = Job(cases=1)
+    """`simulate_many` of one satellite over so many hours, the last state alone."""
+    return _over(1, np.array([3600.0 * size]))
+
+
+def read(size: int) -> Work:
+    """`simulate_many` of 16 satellites over so many hours, each read a hundred times."""
+    return _over(16, np.linspace(0.0, 3600.0 * size, READ + 1)[1:])
+
+
+def _over(count: int, times: np.ndarray) -> Work:
+    job = Job(cases=count)
     craft, start, around = spacecraft(job.inertia, job.magnet), states(job), surroundings(job)
-    times = np.linspace(0.0, 3600.0 * size, READ + 1)[1:]
     return lambda: simulate_many(craft, start, around, times, torques=TORQUES, max_step=STEP).quaternion
 
 
 def free(size: int) -> Work:
-    """The Jacobian of the attitude at 75 samples by so many unknowns: columns of a tangent matrix, as a fit has them."""
+    """The Jacobian of 75 attitudes by so many unknowns: columns of a tangent matrix, as a fit has them."""
     job = Job(cases=1)
     grid = AdamsGrid.through(np.linspace(0.0, SENSITIVE_ARC, 76)[1:], start=0.0, max_step=SENSITIVE_STEP)
     table = surroundings(job)(jnp.asarray(grid.node_times))
@@ -153,7 +161,7 @@ def samples(size: int) -> Work:
     return lambda: solve(problem, parameters, stage, x, reference, weight).cost
 
 
-POINTS: dict[str, Callable[[int], Work]] = {"cases": cases, "arc": arc, "free": free, "samples": samples}
+POINTS: dict[str, Callable[[int], Work]] = {f.__name__: f for f in (cases, arc, read, free, samples)}
 
 
 def memory(key: str) -> float:
