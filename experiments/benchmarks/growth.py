@@ -83,17 +83,16 @@ def picture(found: dict[str, list[dict[str, Any]]], out: Path) -> None:
         size = [row["size"] for row in rows]
         for place, key in ((0, "s"), (1, "peak_MB")):
             axis, exponent = axes[place, column], slope(rows, key)
-            told = "" if exponent is None else f"slope {exponent:.2f}"
-            values = [row[key] for row in rows]
-            (drawn,) = axis.loglog(size, values, "o-", ms=4, label=line.label)
-            axis.annotate(told, (size[-1], values[-1]), (-4, 6), textcoords="offset points", ha="right", fontsize=9,
-                          color=drawn.get_color())  # fmt: skip
+            told = line.label if exponent is None else f"{line.label}: slope {exponent:.2f}"
+            axis.loglog(size, [row[key] for row in rows], "o-", ms=4, label=told)
+            axis.set_xticks(size, [f"{each:,}".replace(",", " ") for each in size], fontsize=8)
+            axis.minorticks_off()
     for column, panel in enumerate(panels):
-        axes[0, column].legend(fontsize=8, frameon=False, loc="upper left")
         axes[1, column].set_xlabel(panel)
+        axes[0, column].set_ylim(1e-3, 1e3)
         axes[1, column].set_ylim(30.0, 10_000.0)
         for axis in axes[:, column]:
-            axis.margins(y=0.25)
+            axis.legend(fontsize=8, frameon=False, loc="upper left")
             axis.grid(alpha=0.3)
     axes[0, 0].set_ylabel("time of a call, s")
     axes[1, 0].set_ylabel("peak memory, MB")

@@ -51,7 +51,7 @@ size_m = [0.1, 0.1, 0.34]
 inertia_kg_m2 = {value = [0.035, 0.034, 0.007], sigma = [0.0007, 0.0007, 0.00014]}
 
 [magnet]
-dipole_A_m2 = {value = [0.0, 0.0, 0.0], sigma = 0.005}
+dipole_A_m2 = {value = [0.0, 0.0, 0.0], sigma = 0.001}
 
 [orbit]                                 # over the terminator: always in the Sun
 elements = {a_km = 6878.137, e = 0.0, i_deg = 97.4, raan_deg = 90.0, argp_deg = 0.0, mean_anomaly_deg = 0.0, \
@@ -88,7 +88,8 @@ columns = ["sx", "sy", "sz"]
 unit = "1"
 sigma = 0.005
 """
-RATE_DEG_S = (0.5, 0.3, -0.8)
+RATE_DEG_S = (1.5, 0.05, -0.1)
+"""About the axis of most inertia: a day of a tumble would be chaotic, and no fit of it possible."""
 Work = Callable[[], object]
 
 
