@@ -41,6 +41,7 @@ class Script:
     """Its JSON, where `--out` is a directory; else `--out` is the file."""
     peer: str = ""
     """Module without which it does not run."""
+    folder: str = "experiments/benchmarks"
 
 
 SCRIPTS = {
@@ -48,7 +49,7 @@ SCRIPTS = {
     "precision": Script(limit=180.0, quick=()),
     "growth": Script(limit=540.0, file="growth.json", quick=("--minutes", "2")),
     "gpu": Script(limit=540.0, quick=()),
-    "hysteresis": Script(limit=400.0, file="hysteresis.json", quick=("--quick",)),
+    "hysteresis": Script(limit=400.0, file="hysteresis.json", quick=("--quick",), folder="experiments"),
     "fit_times": Script(limit=200.0),
     "fit_peers": Script(limit=600.0, peer="numba"),
     "munin_suite": Script(limit=200.0, quick=("--samples", "1000", "--repeats", "1")),
@@ -102,7 +103,7 @@ FIGURES = (
     Figure("single precision, worst error of q", "1", "precision", "precision=float32/worst", None, SPEED),
     Figure("growth: slope over cases", "1", "growth", "slopes/cases/s", None, SPEED),
     Figure("growth: slope over samples of a fit", "1", "growth", "slopes/samples/s", None, SPEED),
-    Figure("3 days with rods, 1e-6", "s", "hysteresis", "3 days, one, 1e-06 rad/clock_s", None, "CHANGELOG.md"),
+    Figure("3 days with rods, 1e-6", "s", "hysteresis", "3 days, one, 1e-06 rad/clock_s", None, "docs/python.md"),
     Figure("jaxsat --help", "s", "fit_times", "help_s", None, "docs/figures.md"),
     Figure("jaxsat fit, nothing compiled", "s", "fit_times", "cold_s", None, "docs/figures.md"),
     Figure("jaxsat fit, warm", "s", "fit_times", "warm_s", None, "docs/figures.md"),
@@ -152,7 +153,7 @@ def run(name: str, script: Script, options: tuple[str, ...], out: Path) -> tuple
     target = out / name if script.file else out / f"{name}.json"
     if script.file:
         target.mkdir(parents=True, exist_ok=True)
-    words = [f"experiments/benchmarks/{name}.py", *options, "--out", str(target)]
+    words = [f"{script.folder}/{name}.py", *options, "--out", str(target)]
     told: dict[str, Any] = {"command": shlex.join([".venv/bin/python", *words]), "ended": "done"}
     path, began = os.pathsep.join((str(HERE.parents[1]), os.environ.get("PYTHONPATH", ""))), time.perf_counter()
     with (out / f"{name}.log").open("w") as log:
