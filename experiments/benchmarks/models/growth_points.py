@@ -42,8 +42,9 @@ STEP, ARC = 3.6, 900.0
 READ = 100
 """Samples of an arc, however long."""
 SENSITIVE_STEP, SENSITIVE_ARC = 4.5, 4500.0
-ITERATIONS, OFF = 8, 1e-3
-"""Steps of the local fit at most, and how far from the truth it begins [rad], [rad/min]."""
+ITERATIONS, OFF, FINISHED = 15, 1e-3, 1e-4
+"""Steps of the local fit at most; how far off it begins in attitude, and over the arc in rate [rad]; and what
+another step may promise to save at its end."""
 SATELLITE = """name = "day"
 
 [body]
@@ -142,7 +143,9 @@ def samples(size: int) -> Work:
         description, table = Path(folder) / "day.sat.toml", Path(folder) / "day.csv"
         description.write_text(SATELLITE)
         satellite = read_satellite(description)
-        twin = make_twin(satellite, TwinSettings(duration_s=size - 1.0, every_s=1.0, rate_deg_s=RATE_DEG_S, seed=3))
+        twin = make_twin(
+            satellite, TwinSettings(duration_s=size - 1.0, every_s=1.0, rate_deg_s=RATE_DEG_S, nominal=True, seed=3)
+        )
         table.write_text(table_text(twin))
         session = read_telemetry(table, satellite)
         around, _ = session_surroundings(satellite, session)
@@ -156,10 +159,19 @@ def samples(size: int) -> Work:
     stage = Stage(len(data.t) - 1, 10**9, ITERATIONS, PLAIN, parameters.everything)
     x = np.zeros((1, len(parameters.everything)))
     x[0, :3] = OFF
-    x[0, 3:6] = np.asarray(twin.motion.angular_velocity)[0] * 60.0 + OFF
+    x[0, 3:6] = np.asarray(twin.motion.angular_velocity)[0] * 60.0 + 60.0 * OFF / size
     reference = np.asarray(twin.motion.quaternion)[:1]
     weight = usable(problem, data)
-    return lambda: solve(problem, parameters, stage, x, reference, weight).cost
+
+    def work():
+        point = solve(problem, parameters, stage, x, reference, weight)
+        if not float(point.decrement[0]) < FINISHED:
+            raise RuntimeError(
+                f"no minimum after {ITERATIONS} steps: another one promises {float(point.decrement[0]):.1e}"
+            )
+        return point.cost
+
+    return work
 
 
 POINTS: dict[str, Callable[[int], Work]] = {f.__name__: f for f in (cases, arc, read, free, samples)}
