@@ -2,8 +2,8 @@
 
 Runs the scripts of this directory one after the other, each a process with a time limit, and reads their JSON; a
 script whose peer is not installed, or that takes too long, is told and its figures are left empty. Ratios of one run
-are what to trust. Writes all.json, ratios.png and each script's own files; 25 minutes on two cores, of which
-integrators and growth take 14.
+are what to trust. Writes all.json, ratios.png and each script's own files. How long each may take stands in `SCRIPTS`:
+most take a minute or two, integrators and growth six.
 
     .venv/bin/pip install -e '.[benchmarks,basilisk,dask]'
     .venv/bin/python experiments/benchmarks/all.py --out benchmarks
