@@ -264,7 +264,11 @@ def main() -> None:
     row("numba_rk4", peers_numba.runge_kutta_peer(job, 4, 0.225), error)
     row("numba_rk8", peers_numba.runge_kutta_peer(job, 8, 9.0), error)
     row("jaxsat_again", many(job, f"simulate_many, steps of {STEP:g} s", max_step=STEP), error)
-    row("jaxsat_f32", many(job, f"the same in float32, steps of {STEP:g} s", dtype=jnp.float32, max_step=STEP), error)
+    row(
+        "jaxsat_f32",
+        many(job, f"the same in float32, steps of {STEP:g} s", dtype=jnp.float32, max_step=STEP, tolerance=0.1),
+        error,
+    )
     best = min(rows["jaxsat"]["best_s"], rows["jaxsat_again"]["best_s"])
     ratios = {key: rows[key]["best_s"] / best for key in rows if not key.startswith("jaxsat")}
     print("times of the others over jaxsat's:", {key: round(value, 2) for key, value in ratios.items()})

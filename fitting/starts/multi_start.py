@@ -19,8 +19,9 @@ from fitting.solvers.chunk import EVALUATIONS, solve_chunk
 from fitting.solvers.least_squares import Point, Settings
 from jaxsat.integrators import BLOCK
 
-CHUNK = 4
-"""Starts in one call of the compiled program."""
+CHUNK, LONG = 4, 20_000
+"""Starts in one call of the compiled program, and samples beyond which it is one start: four side by side no longer fit
+a core's caches and cost two and a half times as much, and few are left in a session that long."""
 
 HOPELESS = (5.0, 300.0)
 """A start is given up once its cost exceeds the first times the best one's plus the second.
@@ -116,10 +117,10 @@ def _solve(problem, parameters, stage, x, reference, weight, select: Callable[[P
 
     `weight` is [samples channels] or [starts samples channels]; samples after the stage's arc are left out here.
     """
-    count = len(x)
+    count, together = len(x), _together(problem)
     inside = np.arange(weight.shape[-2]) <= stage.last_sample
     weight = np.broadcast_to(weight * inside[:, None], (count, len(inside), weight.shape[-1]))
-    order = np.concatenate([np.arange(count), np.zeros(-count % CHUNK, dtype=int)])
+    order = np.concatenate([np.arange(count), np.zeros(-count % together, dtype=int)])
     active = np.broadcast_to(stage.active, x.shape)
     settings = _settings(problem, stage)
 
@@ -130,7 +131,7 @@ def _solve(problem, parameters, stage, x, reference, weight, select: Callable[[P
 
     # XLA runs a program of this size on one core and releases the GIL: two threads use two cores.
     with ThreadPoolExecutor(2) as pool:
-        points = list(pool.map(run, np.split(order, len(order) // CHUNK)))
+        points = list(pool.map(run, np.split(order, len(order) // together)))
     return jax.tree.map(lambda *leaves: np.concatenate(leaves)[:count], *points)
 
 
@@ -139,13 +140,18 @@ def compile_solvers(problem: AbstractProblem, parameters: FreeParameters, solver
 
     See `Stored.compile`.
     """
-    unknowns, samples = len(parameters.everything), len(problem.valid)
-    settings = _settings(problem, Stage(0, 1, 0, 1.0, np.zeros((CHUNK, unknowns), bool)))
-    starts = (np.zeros((CHUNK, unknowns)), np.zeros((CHUNK, 4)), np.zeros((CHUNK, samples, problem.channels)))
+    unknowns, samples, together = len(parameters.everything), len(problem.valid), _together(problem)
+    settings = _settings(problem, Stage(0, 1, 0, 1.0, np.zeros((together, unknowns), bool)))
+    starts = (np.zeros((together, unknowns)), np.zeros((together, 4)), np.zeros((together, samples, problem.channels)))
     common = (settings, parameters.bounds(), *starts)
     return [
         solve_chunk.compile(problem, parameters.tree, name, *common) for name in dict.fromkeys((Stage.solver, solver))
     ]
+
+
+def _together(problem: AbstractProblem) -> int:
+    """Starts in one call."""
+    return CHUNK if len(problem.valid) <= LONG else 1
 
 
 def _settings(problem: AbstractProblem, stage: Stage) -> Settings:

@@ -21,6 +21,26 @@ def check_tolerance(tolerance: float, caller: str) -> None:
         raise ValueError(f"{caller}: tolerance must be between 0 and 1 rad, got {tolerance}")
 
 
+SINGLE_TOLERANCE = 1e-3
+"""Of attitudes [rad]: no tighter one is held in single precision through more than some minutes of a tumble."""
+
+
+def check_precision(initial: AttitudeState, tolerance: float, caller: str) -> None:
+    """Raise ValueError where states are in single precision and the caller does not say that errors may be large.
+
+    A tumble magnifies what is wrong at its start: of 10 000 over 4500 s the roundings of a float32 state alone, moved
+    in float64, grow to 1e-2 rad in the worst, so that no method can keep 1e-4; the method's own come to more than 1
+    (`experiments/benchmarks/precision.py`).
+    """
+    single = np.finfo(initial.quaternion.dtype).eps > np.finfo(np.float64).eps
+    if single and not tolerance >= SINGLE_TOLERANCE:
+        raise ValueError(
+            f"{caller}: the initial states are {initial.quaternion.dtype}, of which a tumble magnifies the roundings "
+            "up to wrong attitudes: give them in float64 (jax.config.update('jax_enable_x64', True)), or, where rough "
+            f"attitudes will do, a tolerance of {SINGLE_TOLERANCE:g} rad or more, got {tolerance:g}"
+        )
+
+
 def check_satellite(spacecraft: Spacecraft, caller: str) -> None:
     """Raise ValueError where the inertia is that of no body, or where a number of the satellite is NaN."""
     try:

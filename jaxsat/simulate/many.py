@@ -13,6 +13,7 @@ from jaxsat.math import quaternion
 from jaxsat.simulate.batch import Batch
 from jaxsat.simulate.checks import (
     check_numbers,
+    check_precision,
     check_satellite,
     check_surroundings,
     check_tolerance,
@@ -48,12 +49,14 @@ def simulate_many(
     turn, and each is compared so: `errors`. A tumbling satellite may be chaotic, so that no step holds the tolerance:
     `unresolved` lists it, and a warning says so unless `warn` is false. With `max_step` [s] the step is given and not
     checked. A case that cannot be moved, for its state or its own satellite, or whose motion is not finite, is NaN and
-    listed in `diverged`; the others are as they are without it.
+    listed in `diverged`; the others are as they are without it. States in float32 are refused unless `tolerance` says
+    that attitudes may be off by 1e-3 rad or more, with a given step too.
     Raises ValueError as `simulate` does for what is common to all.
     """
     varies = spacecraft.inertia.ndim == 3
     if max_step is None:
         check_tolerance(tolerance, "simulate_many")
+    check_precision(initial, tolerance, "simulate_many")
     if not varies:
         check_satellite(spacecraft, "simulate_many")
     check_numbers(torques, "simulate_many: torques")

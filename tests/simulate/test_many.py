@@ -281,7 +281,9 @@ def test_single_precision(whole):
     jax.config.update("jax_enable_x64", False)
     try:
         craft, initial = jax.tree.map(lambda x: jnp.asarray(x, jnp.float32), sizes)
-        motion = simulate_many(craft, initial, surroundings, TIMES, max_step=STEP, chunk=CHUNK)
+        with pytest.raises(ValueError, match=r"are float32, .* a tolerance of 0.001 rad or more, got 1e-06"):
+            simulate_many(craft, initial, surroundings, TIMES, max_step=STEP)
+        motion = simulate_many(craft, initial, surroundings, TIMES, max_step=STEP, tolerance=1e-3, chunk=CHUNK)
         assert {leaf.dtype for leaf in jax.tree.leaves(motion)} == {jnp.dtype(jnp.float32)}
     finally:
         jax.config.update("jax_enable_x64", True)

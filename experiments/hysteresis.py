@@ -1,7 +1,7 @@
 """How long satellites with hysteresis rods take, and where their energy goes.
 
 A 1U with a magnet of 0.06 A m^2 and two rods, which leaves its launcher at some 6 deg/s, in IGRF-14 at 500 km. Run
-`python -m experiments.benchmarks.hysteresis [--quick] [--out DIR]`; it writes hysteresis.json and hysteresis.png. Each
+`python -m experiments.hysteresis [--quick] [--out DIR]`; it writes hysteresis.json and hysteresis.png. Each
 run is done twice and the second one counts: programs are compiled by then.
 """
 
