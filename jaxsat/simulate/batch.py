@@ -227,7 +227,7 @@ class Batch:
         if self.asked_chunk is None and jax.default_backend() == "cpu":
             # Few shapes, few compilations; and something to do for each core.
             share = -(-len(chosen) // (os.cpu_count() or 1))
-            few = 1 << (share - 1).bit_length()
+            few = max(2, 1 << (share - 1).bit_length())
             width = few if few <= GROUP else min(CHUNK, -(-share // GROUP) * GROUP)
         found = np.concatenate(_in_chunks(one, chosen, width), axis=-1)
         return np.moveaxis(found[..., : len(chosen)], -1, 0)

@@ -94,12 +94,13 @@ def test_without_what_it_leans_on_the_result_is_the_same(monkeypatch):
         np.testing.assert_allclose(one, other, atol=1e-13)
 
 
-def test_what_this_processor_cannot_compile_is_run_otherwise():
+@pytest.mark.parametrize("words", ["UNIMPLEMENTED: Fusion kind not implemented on CPU", "INTERNAL: Invalid LLVM IR"])
+def test_what_this_processor_cannot_compile_is_run_otherwise(words):
     tried = []
 
     def refused(x):
         tried.append(x)
-        raise jax.errors.JaxRuntimeError("UNIMPLEMENTED: Fusion kind not implemented on CPU")
+        raise jax.errors.JaxRuntimeError(words)
 
     run = first_that_compiles(refused, lambda x: x + 1)
     assert [run(1), run(2)] == [2, 3] and tried == [1]
