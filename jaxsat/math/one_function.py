@@ -32,8 +32,8 @@ if jax.__version_info__[:2] != TRIED:
 NO_LIBRARIES = {"xla_cpu_experimental_ynn_fusion_type": ""}
 """What is one function cannot call libraries of kernels, to which XLA would give products of matrices."""
 REFUSED = ("UNIMPLEMENTED", "INTERNAL")
-"""Kinds of XLA's errors where it cannot: by itself, by its older generator of code with what stands in libraries, or as it
-makes code that is not valid. An error of these kinds that has nothing to do with it comes again."""
+"""Kinds of XLA's errors where it cannot: by itself, by its older generator of code with what stands in libraries, or
+as it makes code that is not valid. An error of these kinds that has nothing to do with it comes again."""
 
 
 def in_one_function(function: Callable[P, R]) -> Callable[P, R]:
