@@ -22,15 +22,13 @@ R = TypeVar("R")
 
 TRIED = (0, 10)
 """Version of JAX with which this was tried: the attributes are of XLA's inside, not of its interface."""
-
-
 WIDE: dict[str, Any] = {"xla_cpu_prefer_vector_width": 512, "xla_cpu_use_fusion_emitters": False}
 """The compiler prefers half of a 512-bit register, a third slower; narrower processors do not mind. Of XLA's two
 generators of code the older one: the other's arctangents are wrong at that width (jaxlib 0.10.2, from 64 numbers)."""
-if jax.__version_info__[:2] != TRIED:
-    WIDE = {}
-NO_LIBRARIES = {"xla_cpu_experimental_ynn_fusion_type": ""}
+NO_LIBRARIES: dict[str, Any] = {"xla_cpu_experimental_ynn_fusion_type": ""}
 """What is one function cannot call libraries of kernels, to which XLA would give products of matrices."""
+if jax.__version_info__[:2] != TRIED:
+    WIDE, NO_LIBRARIES = {}, {}
 REFUSED = ("UNIMPLEMENTED", "INTERNAL")
 """Kinds of XLA's errors where it cannot: by itself, by its older generator of code with what stands in libraries, or
 as it makes code that is not valid. An error of these kinds that has nothing to do with it comes again."""

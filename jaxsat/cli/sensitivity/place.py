@@ -26,7 +26,7 @@ def check_place(place: Path) -> None:
         near = near_scenario(place)
         if near:
             raise InputError(f"no such file, directory or scenario; did you mean {near}?", file=place)
-        raise InputError(f"no such file or directory; {expected}", file=place)
+        raise InputError(f"no such file, directory or scenario; {expected}", file=place)
     if place.is_file() or (place / "fit.json").exists() or is_sweep(place):
         return
     if (place / "summary.json").exists():
