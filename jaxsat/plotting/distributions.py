@@ -1,13 +1,12 @@
 """How each metric of a sweep is distributed over its cases."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from jaxsat.plotting.style import FAINT, INK, LEFT_OUT, dress, head, new_figure
+from jaxsat.plotting.style import FAINT, INK, LEFT_OUT, dress, head, new_figure, panels, rows_of
 from jaxsat.significant import count_text, unit_text, value_text
 from jaxsat.sweep.summary import MetricSummary
 
@@ -18,27 +17,22 @@ SUCCEEDED = "#3f9fd8"
 def draw_distributions(metrics: Sequence[MetricSummary], *, title: str = "Distributions", subtitle: str = "") -> Figure:
     """Returns a histogram of each metric, cases that failed on top of those that succeeded, with 5, 50 and 95 %."""
     columns = min(2, max(1, len(metrics)))
-    rows = max(1, math.ceil(len(metrics) / columns))
+    rows = rows_of(len(metrics), columns)
     height = 0.75 + ROW_IN * rows
     figure = new_figure(9.6, height, title, subtitle)
-    grid = figure.subplots(
-        rows,
-        columns,
-        squeeze=False,
-        gridspec_kw={
-            "left": 0.07,
-            "right": 0.985,
-            "top": 1.0 - 0.85 / height,
-            "bottom": 0.5 / height,
-            "hspace": 0.46,
-            "wspace": 0.16,
-        },
+    places = panels(
+        figure,
+        len(metrics),
+        columns=columns,
+        left=0.07,
+        right=0.985,
+        top=1.0 - 0.85 / height,
+        bottom=0.5 / height,
+        hspace=0.46,
+        wspace=0.16,
     )
-    places = list(grid.flat)
-    for axes, metric in zip(places, metrics, strict=False):
+    for axes, metric in zip(places, metrics, strict=True):
         _draw(axes, metric)
-    for axes in places[len(metrics) :]:
-        axes.set_axis_off()
     if any(metric.failed.any() for metric in metrics):
         shown = next(axes for axes, metric in zip(places, metrics, strict=False) if metric.edges.size)
         shown.legend(loc="upper right", fontsize=8, frameon=False)

@@ -1,13 +1,12 @@
 """What a change of each knob does to the mean of each metric, with its error."""
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from jaxsat.plotting.style import FAINT, INK, LEFT_OUT, dress, head, new_figure
+from jaxsat.plotting.style import FAINT, INK, LEFT_OUT, dress, head, new_figure, panels, rows_of
 
 BAR, FAINT_BAR = "#14497a", "#b9c7d6"
 ROW_IN, HEAD_IN = 0.24, 0.78
@@ -19,27 +18,22 @@ def draw_slopes(metrics: Mapping[str, Mapping[str, Any]], *, title: str, subtitl
     """Returns a bar for each knob in a panel for each metric, which are those of `slopes.json`."""
     knobs = max((len(one["slopes"]) for one in metrics.values()), default=1)
     columns = min(2, max(1, len(metrics)))
-    rows = max(1, math.ceil(len(metrics) / columns))
+    rows = rows_of(len(metrics), columns)
     height = 0.8 + rows * (HEAD_IN + ROW_IN * knobs)
     figure = new_figure(9.6, height, title, subtitle)
-    grid = figure.subplots(
-        rows,
-        columns,
-        squeeze=False,
-        gridspec_kw={
-            "left": 0.19,
-            "right": 0.985,
-            "top": 1.0 - 0.95 / height,
-            "bottom": 0.5 / height,
-            "hspace": HEAD_IN / (ROW_IN * knobs),
-            "wspace": 0.5,
-        },
+    places = panels(
+        figure,
+        len(metrics),
+        columns=columns,
+        left=0.19,
+        right=0.985,
+        top=1.0 - 0.95 / height,
+        bottom=0.5 / height,
+        hspace=HEAD_IN / (ROW_IN * knobs),
+        wspace=0.5,
     )
-    places = list(grid.flat)
-    for axes, (name, metric) in zip(places, metrics.items(), strict=False):
+    for axes, (name, metric) in zip(places, metrics.items(), strict=True):
         _draw(axes, name, metric)
-    for axes in places[len(metrics) :]:
-        axes.set_axis_off()
     return figure
 
 

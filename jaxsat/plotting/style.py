@@ -34,6 +34,20 @@ def new_figure(width_in: float, height_in: float, title: str, subtitle: str = ""
     return figure
 
 
+def panels(figure: Figure, count: int, *, columns: int, **frame: float) -> list[Axes]:
+    """So many axes in rows of `columns`, within a frame of Matplotlib's `gridspec_kw`; places left over stay empty."""
+    grid = figure.subplots(rows_of(count, columns), columns, squeeze=False, gridspec_kw=frame)
+    places = list(grid.flat)
+    for axes in places[count:]:
+        axes.set_axis_off()
+    return places[:count]
+
+
+def rows_of(count: int, columns: int) -> int:
+    """Rows that hold so many panels, one at least."""
+    return max(1, -(-count // columns))
+
+
 def dress(axes: Axes, *, y_label: str = "", x_label: str = "") -> None:
     """Gives axes the house's look: two spines, light grid, small labels."""
     axes.spines[["top", "right"]].set_visible(False)

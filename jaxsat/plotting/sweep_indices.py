@@ -1,13 +1,12 @@
 """Which inputs of a sweep drive which metric: first-order and total indices with their intervals."""
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from jaxsat.plotting.style import FAINT, INK, dress, head, new_figure
+from jaxsat.plotting.style import FAINT, INK, dress, head, new_figure, panels, rows_of
 
 FIRST, TOTAL = "#14497a", "#9cc7e8"
 BAR, ROW_IN, HEAD_IN = 0.36, 0.27, 0.62
@@ -17,28 +16,23 @@ def draw_indices(metrics: Mapping[str, Mapping[str, Any]], *, title: str, subtit
     """Returns two bars for each input of each metric, which are those of `indices.json` that have indices."""
     inputs = max((len(one["indices"]) for one in metrics.values()), default=1)
     columns = min(2, max(1, len(metrics)))
-    rows = max(1, math.ceil(len(metrics) / columns))
+    rows = rows_of(len(metrics), columns)
     panel = HEAD_IN + ROW_IN * inputs
     height = 0.8 + rows * panel
     figure = new_figure(9.6, height, title, subtitle)
-    grid = figure.subplots(
-        rows,
-        columns,
-        squeeze=False,
-        gridspec_kw={
-            "left": 0.13,
-            "right": 0.985,
-            "top": 1.0 - 0.95 / height,
-            "bottom": 0.4 / height,
-            "hspace": HEAD_IN / (ROW_IN * inputs),
-            "wspace": 0.32,
-        },
+    places = panels(
+        figure,
+        len(metrics),
+        columns=columns,
+        left=0.13,
+        right=0.985,
+        top=1.0 - 0.95 / height,
+        bottom=0.4 / height,
+        hspace=HEAD_IN / (ROW_IN * inputs),
+        wspace=0.32,
     )
-    places = list(grid.flat)
-    for axes, (name, metric) in zip(places, metrics.items(), strict=False):
+    for axes, (name, metric) in zip(places, metrics.items(), strict=True):
         _draw(axes, name, metric)
-    for axes in places[len(metrics) :]:
-        axes.set_axis_off()
     if metrics:
         handles, labels = places[0].get_legend_handles_labels()
         right = 1.0 - 0.12 / 9.6
