@@ -10,7 +10,7 @@ from pathlib import Path
 from cyclopts import CycloptsError
 
 from jaxsat.cli.shared.talk import Talk
-from jaxsat.cli.sweep.scenarios import SCENARIOS, address_of
+from jaxsat.cli.sweep.scenarios import SCENARIOS
 from jaxsat.errors import InputError
 
 CASES, SEED = 500, 0
@@ -49,23 +49,14 @@ def slopes_of(place: Path, given: Mapping[str, str], asked: Asked, out: Path, *,
     Raises `InputError`, and CycloptsError for options, knobs and metrics that are none.
     """
     from jaxsat import numerics
-    from jaxsat.cli.sweep.request import PREPARE
-    from jaxsat.sweep import CodeError, Source
+    from jaxsat.cli.sweep.request import scenario_of
+    from jaxsat.sweep import CodeError
 
     notice = numerics.set_up_jax()
     if notice:
         print(f"jaxsat: {notice}", file=sys.stderr)
     try:
-        try:
-            source = Source.of(address_of(str(place)), given, prepare=PREPARE)
-            scenario = source.scenario()
-        except CodeError:
-            raise
-        except InputError as error:
-            # What is wrong with a file is bad input, what is wrong with an option wrong usage.
-            if error.file is not None:
-                raise
-            raise CycloptsError(msg=str(error)) from None
+        source, scenario = scenario_of(str(place), given)
         _studied(scenario, dict(source.options), asked, out, plots=plots, talk=talk)
     except CodeError as error:
         if talk.verbose and error.__cause__ is not None:

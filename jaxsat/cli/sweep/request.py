@@ -3,6 +3,7 @@
 import math
 import shlex
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,23 @@ from jaxsat.versions import LAST_DIGITS, versions
 PREPARE = "jaxsat.numerics:set_up_jax"
 GPU_CASES = 2**14
 """Of a chunk on a GPU, where nothing else is said: less leaves it idle."""
+
+
+def scenario_of(word: str, given: Mapping[str, str], arguments: tuple[Any, ...] = ()) -> tuple[Source, Scenario]:
+    """A scenario by its name or address with the options `given`, and where it comes from.
+
+    `arguments` are those of `jaxsat.numerics.set_up_jax`. Raises `InputError` for what is wrong with a file or with
+    one's own code, and CycloptsError for what is wrong with an option.
+    """
+    try:
+        source = Source.of(address_of(word), given, prepare=PREPARE, arguments=arguments)
+        return source, source.scenario()
+    except CodeError:
+        raise
+    except InputError as error:
+        if error.file is not None:
+            raise
+        raise CycloptsError(msg=str(error)) from None
 
 
 @dataclass(frozen=True)
@@ -62,16 +80,7 @@ class Request:
         if notice:
             print(f"jaxsat: {notice}", file=sys.stderr)
         given = self.options if stored is None else {**stored.options, **self.options}
-        try:
-            source = Source.of(address_of(self.scenario), given, prepare=PREPARE, arguments=arguments)
-            made = source.scenario()
-        except CodeError:
-            raise
-        except InputError as error:
-            # What is wrong with a file is bad input, what is wrong with an option wrong usage.
-            if error.file is not None:
-                raise
-            raise CycloptsError(msg=str(error)) from None
+        source, made = scenario_of(self.scenario, given, arguments)
         seed = self.seed if self.seed is not None else stored.seed if stored else SEED
         cases = self.cases if self.cases is not None else stored.cases if stored else CASES
         if made.only_float64 and precision != "float64":
