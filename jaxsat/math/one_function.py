@@ -116,7 +116,7 @@ def whole_or_usual(program: Callable[..., R], options: Mapping[str, Any] | None 
     """`program(within, ...)`, compiled as `equinox.filter_jit` does, without its first argument.
 
     What the program calls as `within(part)(*arrays)` is one function of machine code, or `part` itself where XLA
-    refuses that. `options` are the compiler's.
+    refuses that. `options` are those of the compiler for CPUs.
     """
 
     def made(within, options):
@@ -125,7 +125,7 @@ def whole_or_usual(program: Callable[..., R], options: Mapping[str, Any] | None 
     @functools.cache
     def chosen():
         # At the first call: to ask for the device begins JAX.
-        own = dict(options or {})
+        own = dict(options or {}) if jax.default_backend() == "cpu" else {}
         usual = made(lambda part: part, own)
         return usual if _metadata() is None else first_that_compiles(made(in_one_function, own | NO_LIBRARIES), usual)
 

@@ -16,6 +16,7 @@ import numpy as np
 from jaxsat.sweep.history import History
 from jaxsat.sweep.inputs import Input, upright
 from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, case_keys, number_of
+from jaxsat.sweep.scenarios._study import Study, study_scenario
 
 if TYPE_CHECKING:
     from jaxsat.control.earth_search.loop import LoopSettings
@@ -84,25 +85,8 @@ CAPTURED_DEG = 20.0
 """Error at the end beyond which it is not the Earth's middle that is tracked."""
 
 
-@dataclasses.dataclass(frozen=True)
-class _Program:
-    """What the options say."""
-
-    settings: "LoopSettings"
-    draw: Any
-    """From keys to cases."""
-    run: Any
-    """From cases to status and metrics."""
-    run_moved: Any
-    """The same with knobs moved."""
-    one: Any
-    """The history of one of the cases."""
-    turns: Any
-    time_s: float
-
-
 @functools.lru_cache(maxsize=4)
-def _program(options: tuple[tuple[str, str], ...]) -> _Program:
+def _program(options: tuple[tuple[str, str], ...]) -> Study:
     import equinox as eqx
     import jax
     import jax.numpy as jnp
@@ -182,7 +166,7 @@ def _program(options: tuple[tuple[str, str], ...]) -> _Program:
         # Another shape of the law, so another program of the same function.
         return compiled(*turn(cases, moved))
 
-    return _Program(settings, draw, run, run_moved, one, turns, periods * settings.period_s)
+    return Study(settings, draw, run, run_moved, one, turns, periods * settings.period_s)
 
 
 def _turns(law: Any, vehicle: Any) -> tuple[Any, ...]:
@@ -214,7 +198,6 @@ def _turns(law: Any, vehicle: Any) -> tuple[Any, ...]:
 @functools.lru_cache(maxsize=8)
 def _compiled(settings: "LoopSettings", periods: int, even: bool):
     """The compiled `run(law, cases)`, which every law shares."""
-    import jax
 
     from jaxsat.control.earth_search.cases import run_cases
     from jaxsat.environment.albedo.infrared import random_brightness
@@ -228,7 +211,7 @@ def _compiled(settings: "LoopSettings", periods: int, even: bool):
     def program(within, law, cases):
         return outcome(within(searched)(law, cases), HELD_PERIODS * settings.period_s)
 
-    return whole_or_usual(program, WIDE if jax.default_backend() == "cpu" else None)
+    return whole_or_usual(program, WIDE)
 
 
 def outcome(state: Any, hold_s: float) -> dict[str, Any]:
@@ -262,36 +245,8 @@ def outcome(state: Any, hold_s: float) -> dict[str, Any]:
 
 
 def _build(options: Mapping[str, str]) -> Scenario:
-    import jax
-
-    program = tuple(options.items())
-    # Whatever is wrong with the options is said before anything is compiled.
-    made = _program(program)
-
-    def run(seed: int, cases: np.ndarray) -> dict[str, np.ndarray]:
-        own = _program(program)
-        return jax.device_get(own.run(own.draw(case_keys(seed, cases))))
-
-    def run_moved(seed: int, cases: np.ndarray, moved: Any) -> Mapping[str, Any]:
-        own = _program(program)
-        return own.run_moved(own.draw(case_keys(seed, cases)), moved)
-
-    def draw(seed: int, cases: np.ndarray):
-        return jax.device_get(_program(program).draw(case_keys(seed, cases)))
-
-    return Scenario(
-        NAME,
-        STATUSES,
-        METRICS,
-        CHUNK,
-        run,
-        history=functools.partial(_history, program),
-        inputs=_inputs(options),
-        draw=draw,
-        knobs=tuple(turn.knob for turn in made.turns),
-        run_moved=run_moved,
-        horizon_s=made.time_s,
-    )
+    about = {"name": NAME, "statuses": STATUSES, "metrics": METRICS, "chunk": CHUNK}
+    return study_scenario(_program, options, _history, _inputs, **about)
 
 
 def _inputs(options: Mapping[str, str]) -> tuple[Input, ...]:

@@ -7,8 +7,6 @@ simulated time, 1500 s by default; it has succeeded once the Sun was held for 10
 import functools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -17,6 +15,7 @@ from jaxsat.sweep.history import History
 from jaxsat.sweep.inputs import Input, upright
 from jaxsat.sweep.more_options import inertia_of, numbers_of
 from jaxsat.sweep.scenario import Factory, Metric, Option, Reader, Scenario, case_keys, number_of
+from jaxsat.sweep.scenarios._study import Study, study_scenario
 
 NAME = "sun-pointing"
 STATUSES = ("succeeded", "not settled", "let go of the Sun", "diverged")
@@ -81,25 +80,8 @@ HELD_DEG = 3.0
 """Error at the end beyond which the Sun is no longer held, over the dead band and what is misaligned."""
 
 
-@dataclass(frozen=True)
-class _Program:
-    """What the options say."""
-
-    settings: Any
-    draw: Any
-    """Compiled, from keys to cases."""
-    run: Any
-    """From cases to status and metrics."""
-    run_moved: Any
-    """The same with knobs moved."""
-    one: Any
-    """The history of one of the cases."""
-    turns: Any
-    time_s: float
-
-
 @functools.lru_cache(maxsize=4)
-def _program(options: tuple[tuple[str, str], ...]) -> _Program:
+def _program(options: tuple[tuple[str, str], ...]) -> Study:
     import equinox as eqx
     import jax
     import jax.numpy as jnp
@@ -172,7 +154,7 @@ def _program(options: tuple[tuple[str, str], ...]) -> _Program:
         cases = eqx.tree_at(lambda c: c.vehicle, cases, built)
         return _metrics(law, run_cases(settings, own, cases, sun_eci, periods), cases, sun_eci, exhaust)
 
-    return _Program(settings, draw, run, run_moved, one, turns, periods * period)
+    return Study(settings, draw, run, run_moved, one, turns, periods * period)
 
 
 def _turns(law, vehicle):
@@ -257,36 +239,8 @@ def _metrics(law, state, cases, sun_eci, exhaust):
 
 
 def _build(options: Mapping[str, str]) -> Scenario:
-    import jax
-
-    program = tuple(options.items())
-    # Whatever is wrong with the options is said before anything is compiled.
-    made = _program(program)
-
-    def run(seed: int, cases: np.ndarray) -> dict[str, np.ndarray]:
-        own = _program(program)
-        return jax.device_get(own.run(own.draw(case_keys(seed, cases))))
-
-    def run_moved(seed: int, cases: np.ndarray, moved: Any) -> Mapping[str, Any]:
-        own = _program(program)
-        return own.run_moved(own.draw(case_keys(seed, cases)), moved)
-
-    def draw(seed: int, cases: np.ndarray):
-        return jax.device_get(_program(program).draw(case_keys(seed, cases)))
-
-    return Scenario(
-        NAME,
-        STATUSES,
-        METRICS,
-        CHUNK,
-        run,
-        history=functools.partial(_history, program),
-        inputs=_inputs(options),
-        draw=draw,
-        knobs=tuple(turn.knob for turn in made.turns),
-        run_moved=run_moved,
-        horizon_s=made.time_s,
-    )
+    about = {"name": NAME, "statuses": STATUSES, "metrics": METRICS, "chunk": CHUNK}
+    return study_scenario(_program, options, _history, _inputs, **about)
 
 
 def _inputs(options: Mapping[str, str]) -> tuple[Input, ...]:
