@@ -7,7 +7,6 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float, Int, PyTree
 
 from jaxsat.dynamics import AttitudeState, RigidBody
@@ -83,13 +82,10 @@ def onward(run: Run, own: Own, course: Course, tableau: Tableau, *, varies: bool
 
 def _stretch(within: Callable, run: Run, own: Own, course: Course, tableau: Tableau, varies: bool) -> Run:
     packed, unpacked = _packed(course.powers)
-    given, rest = eqx.partition((own, course.cells, course.marks), eqx.is_inexact_array)
-    # As one array: over some that nobody reads XLA ends the process where all is one function.
-    numbers, as_given = ravel_pytree(given)
+    cells, marks = course.cells, course.marks
 
     def one_pass(run):
         lanes = run.lanes
-        own, cells, marks = eqx.combine(as_given(numbers), rest)
         mark, under_way = marks.number(lanes.mark), lanes.mark < marks.count
         stride = _each(planned, (lanes, own, mark, cells), varies=varies, number=run.passes)
         polynomials = unpacked(packed[stride.cell])
