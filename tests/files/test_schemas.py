@@ -1,4 +1,4 @@
-"""Published JSON Schemas are such, strict, and there for every JSON file; conftest.py holds all written files to them."""
+"""Published JSON Schemas are strict, and there for every JSON file; conftest.py holds all that is written to them."""
 
 import json
 import re

@@ -1,0 +1,52 @@
+"""Code on pages runs as it stands, in one go down each page, and what it is said to print is what it prints."""
+
+import contextlib
+import io
+import re
+from pathlib import Path
+
+import pytest
+
+DOCS = Path(__file__).parent.parent / "docs"
+EXITS = DOCS / "reference" / "exit-status.md"
+CODE, PRINTED = r"^<!-- runs -->\n```python\n(.*?)^```\n", r"(?:\n<!-- prints -->\n```text\n(.*?)^```)?"
+BLOCK = re.compile(CODE + PRINTED, re.DOTALL | re.MULTILINE)
+PAGES = [page for name in ("howto", "background", "reference") for page in sorted((DOCS / name).glob("*.md"))]
+RUN = [page for page in PAGES if BLOCK.search(page.read_text("utf-8")) and page.stem != "results"]
+"""That of results wants some: tests/cli/test_export.py."""
+
+
+@pytest.mark.parametrize("page", RUN, ids=lambda page: page.stem)
+def test_code_of_a_page_prints_what_the_page_says(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    there: dict = {"__name__": "page"}
+    for code, printed in BLOCK.findall(page.read_text("utf-8")):
+        out = io.StringIO()
+        with contextlib.redirect_stdout(out):
+            exec(code, there)
+        assert out.getvalue() == printed, page.name
+
+
+def test_the_page_of_exit_statuses_says_what_each_help_says():
+    from jaxsat.cli.main import app
+
+    rows = re.findall(r"^\| `jaxsat (\w+)` \|([^|]*)\|([^|]*)\|([^|]*)\|$", EXITS.read_text("utf-8"), re.MULTILINE)
+    assert [row[0] for row in rows] == sorted(name for name in app if not name.startswith("-"))
+    for name, *cells in rows:
+        told = app[name].help.partition("Exit status:")[2].partition("\n\n")[0]
+        own = {number for number, cell in zip("013", cells, strict=True) if cell.strip()}
+        # Some have nothing that could fail.
+        assert own == (set(re.findall(r"(?<![\w.])[013](?= )", told)) or {"0"}), name
+
+
+def test_every_word_of_a_verdict_has_its_section():
+    from fitting.outcome import result, verdict
+
+    text = (DOCS / "howto" / "verdicts.md").read_text("utf-8")
+    words = (result.PREDICTS, result.FITS, result.FITS_ONLY, result.AMBIGUOUS_VERDICT)
+    for word in (*words, result.UNDETERMINED, result.WRONG_MODEL):
+        assert f"\n## `{word}`\n" in text
+    for status in (result.CONVERGED, result.NOT_CONVERGED, result.AMBIGUOUS):
+        assert f"| `{status}` |" in text
+    for note in (verdict.HELD_BY_PRIOR, verdict.FAR_OFF, verdict.WITHOUT_LIGHT):
+        assert f"| `{note}` |" in text
