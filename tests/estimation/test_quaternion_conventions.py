@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from jaxsat.estimation import quaternion_conventions
 
 RNG = np.random.default_rng(5)
-TURNS = Rotation.random(40, random_state=5)
+TURNS = Rotation.from_quat(RNG.normal(size=(40, 4)))
 """Inertial from body."""
 KNOWN = RNG.normal(size=(40, 3))
 SEEN = 3e-5 * TURNS.inv().apply(KNOWN) + 1e-7 * RNG.normal(size=(40, 3))
