@@ -1,5 +1,6 @@
 """Code on pages runs as it stands, in one go down each page, and what it is said to print is what it prints."""
 
+import ast
 import contextlib
 import io
 import re
@@ -50,3 +51,24 @@ def test_every_word_of_a_verdict_has_its_section():
         assert f"| `{status}` |" in text
     for note in (verdict.HELD_BY_PRIOR, verdict.FAR_OFF, verdict.WITHOUT_LIGHT):
         assert f"| `{note}` |" in text
+
+
+def test_every_reason_of_a_verdict_stands_on_its_page():
+    """Words of its sentences that no number parts, as the code has them."""
+    text = " ".join((DOCS / "howto" / "verdicts.md").read_text("utf-8").split()).lower()
+    tree = ast.parse((DOCS.parent / "fitting" / "outcome" / "verdict.py").read_text("utf-8"))
+    told = {"_wrong", "_doubts", "_remarks", "_background", "judge"}
+    functions = [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name in told]
+    sentences = [node for each in functions for node in ast.walk(each) if isinstance(node, ast.JoinedStr)]
+    missing = []
+    for sentence in sentences:
+        parts = [str(part.value) for part in sentence.values if isinstance(part, ast.Constant)]
+        phrases = [phrase for part in parts for phrase in windows(part.split())]
+        if phrases and not any(phrase.lower() in text for phrase in phrases):
+            missing.append(" ... ".join(parts))
+    assert missing == []
+
+
+def windows(words: list[str], size: int = 3) -> list[str]:
+    """Every few words in a row."""
+    return [" ".join(words[k : k + size]) for k in range(len(words) - size + 1)]
