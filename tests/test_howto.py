@@ -4,6 +4,7 @@ import ast
 import contextlib
 import io
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -72,3 +73,36 @@ def test_every_reason_of_a_verdict_stands_on_its_page():
 def windows(words: list[str], size: int = 3) -> list[str]:
     """Every few words in a row."""
     return [" ".join(words[k : k + size]) for k in range(len(words) - size + 1)]
+
+
+def test_lines_of_satellite_files_are_such():
+    """Those behind a hash are the other choices: each is taken by itself."""
+    from jaxsat.satellites.sections.session import ChannelSettings, OrbitSettings, TimeSettings
+
+    kinds = {"time": TimeSettings, "orbit": OrbitSettings, "channels": ChannelSettings}
+    seen = set()
+    for page in (DOCS / "howto").glob("*.md"):
+        for block in re.findall(r"^```toml\n(.*?)^```", page.read_text("utf-8"), re.DOTALL | re.MULTILINE):
+            (name, table), *_ = tomllib.loads(block).items()
+            others = [line[1:].strip() for line in block.splitlines() if line.startswith("#")]
+            keys = set(table["mag"] if name == "channels" else table)
+            for other in others:
+                keys |= set(tomllib.loads(other))
+                if name == "orbit":
+                    OrbitSettings.model_validate(tomllib.loads(other))
+            assert keys <= set(kinds[name].model_fields), block
+            if name != "channels":
+                kinds[name].model_validate(table)
+            seen.add(name)
+    assert seen == set(kinds)
+
+
+def test_what_pages_say_of_changed_data_is_taken():
+    from jaxsat.files.as_if import AsIf
+
+    texts = {
+        text
+        for page in (DOCS / "howto").glob("*.md")
+        for text in re.findall(r"--as ([\w:.,+-]*\w)", page.read_text("utf-8"))
+    }
+    assert len(texts) > 4 and [AsIf.of(text).text for text in texts]
