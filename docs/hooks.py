@@ -1,4 +1,4 @@
-"""Pages of the reference, made from the program when the site is built: commands, satellite files, settings, packages.
+"""Pages of the reference, made from the program when the site is built: commands, files, settings, schemas, packages.
 
 MkDocs calls the functions that begin with `on_`.
 """
@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
+import schemas
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from pydantic import BaseModel
@@ -26,12 +27,13 @@ SIGNS = {"ge": "≥", "gt": ">", "le": "≤", "lt": "<", "min_length": "items �
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
     """Puts the pages that are made below `Reference`."""
     (reference,) = (entry for entry in config.nav or () if isinstance(entry, dict) and "Reference" in entry)
-    packages = [{name: _page(name)} for name in _packages()]
     reference["Reference"] = [
         {"Commands": "reference/commands.md"},
         {"Satellite files": "reference/satellite-files.md"},
         {"Configuration": "reference/configuration.md"},
-        *packages,
+        *reference["Reference"],
+        {"JSON Schemas": schemas.PAGE},
+        {"Packages": [{name: _page(name)} for name in _packages()]},
     ]
     return config
 
@@ -40,6 +42,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Adds the pages."""
     made = {"reference/commands.md": commands(), "reference/satellite-files.md": satellite_files()}
     made["reference/configuration.md"] = configuration()
+    made |= schemas.files()
     made |= {_page(name): package(name) for name in _packages()}
     for path, content in made.items():
         files.append(File.generated(config, path, content=content))

@@ -1,6 +1,7 @@
 """Strict numerics for every test: 64-bit, no silent broadcasting or promotion; a run shares its compiled programs."""
 
 import atexit
+import functools
 import gc
 import os
 import shutil
@@ -45,3 +46,28 @@ def room_for_programs():
     if MAPS.exists() and MAPS.read_bytes().count(b"\n") > 40_000:
         jax.clear_caches()
         gc.collect()
+
+
+@pytest.fixture(autouse=True, scope="session")
+def every_json_keeps_its_schema():
+    """Looks at each JSON document that any test has written: one that its published schema denies is an error."""
+    from jaxsat.files import json_files
+    from jaxsat.files.schemas import schema, schema_names
+
+    plain_json, known = json_files._json, set(schema_names())
+
+    @functools.cache
+    def validator(name):
+        # It costs some milliseconds, which processes that write nothing need not pay.
+        from jsonschema_rs import Draft202012Validator
+
+        return Draft202012Validator(schema(name))
+
+    def checked(value, indent):
+        if not indent and isinstance(value, dict) and value.get("schema") in known:
+            validator(value["schema"]).validate(value)
+        return plain_json(value, indent)
+
+    json_files._json = checked
+    yield
+    json_files._json = plain_json

@@ -62,7 +62,7 @@ def test_files_that_are_named_exist(page):
 def named(text: str) -> Iterator[str]:
     """Dotted names of this project's own modules and of what is in them; `jaxsat.fit/1` is a schema."""
     for span in spans(text):
-        yield from re.findall(r"(?<![\w./-])(?:jaxsat|fitting)(?:\.[A-Za-z_]\w*)+(?![\w/*]|\.\w)", span)
+        yield from re.findall(r"(?<![\w./-])(?:jaxsat|fitting)(?:\.[A-Za-z_]\w*)+(?![\w/*-]|\.\w)", span)
 
 
 @ON_EACH_PAGE

@@ -123,10 +123,10 @@ FIGURES = (
     Figure("10 000 Earth searches, processor time", "s", "earth_search_peers", "ours_plain_10000_processor_s",
            ("numba", "numba_10000_processor_s"), "docs/scenarios/earth-search.md"),
     Figure("detumblings a second, two threads", "1/s", "throughput",
-           "rows/way=one process, 2 threads/cases_per_s", None, "docs/clusters.md", True),
+           "rows/way=one process, 2 threads/cases_per_s", None, "docs/howto/clusters.md", True),
     Figure("detumblings a second, float32; float64", "1/s", "gpu_sweeps",
            "rows/precision=float32/cases_per_s", ("float64", "rows/precision=float64/cases_per_s"),
-           "docs/clusters.md", True),
+           "docs/howto/clusters.md", True),
 )  # fmt: skip
 """In the order of the table. A figure that a script tells and no page repeats is not here."""
 

@@ -28,7 +28,8 @@ def _version() -> str:
 app = App(
     name="jaxsat",
     help="Satellite attitude, orbit and parameters from telemetry, by a differentiable simulator.\n\n"
-    "Exit status: 0 done and converged, 1 bad input, 2 wrong usage,\n3 not converged or ambiguous.\n\n"
+    "Exit status: 0 done and converged, 1 bad input, 2 wrong usage,\n3 not converged or ambiguous, 130 interrupted, "
+    "129 or 143 ended\nby SIGHUP or SIGTERM.\n\n"
     "Example: jaxsat fit session.RAW_SUN --out session-fit",
     help_format="plaintext",
     version=_version,

@@ -4,6 +4,8 @@ from jaxsat.estimation.attitude_filter import AttitudeBelief as AttitudeBelief
 from jaxsat.estimation.attitude_filter import AttitudeEstimate as AttitudeEstimate
 from jaxsat.estimation.attitude_filter import AttitudeFilter as AttitudeFilter
 from jaxsat.estimation.attitude_readings import AttitudeReadings as AttitudeReadings
+from jaxsat.estimation.conventions import QuaternionConvention as QuaternionConvention
+from jaxsat.estimation.conventions import quaternion_conventions as quaternion_conventions
 from jaxsat.estimation.gyro_errors import GyroErrors as GyroErrors
 from jaxsat.estimation.gyro_errors import carried_errors as carried_errors
 from jaxsat.estimation.gyro_errors import gyro_reading as gyro_reading
