@@ -58,7 +58,7 @@ jax.config.update("jax_enable_x64", True)
 
 CHECKED = [*range(32), *HARDEST]
 TORQUES = (GravityGradient(), PermanentMagnet())
-STEP = 3.6
+STEP = 3.75
 """Of the 10 000 cases [s]; the longest that divides the arc with the worst error below 1e-6."""
 SENSITIVITY_STEP = 4.5
 BATCHED, LANES = 512, 8

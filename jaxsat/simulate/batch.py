@@ -31,9 +31,9 @@ from jaxsat.simulate.tabulating import Tabulate, bucket, tabulated
 from jaxsat.spacecraft import Spacecraft
 from jaxsat.torques import AbstractTorque
 
-CHUNK = 1024
+CHUNK = 1000
 """Cases of one call on a CPU."""
-GROUP = 64
+GROUP = 40
 """Of them are moved side by side: the slopes of twelve steps of so many fill a core's first cache."""
 LANES = 16
 """The same of satellites with hysteresis rods, which wait for the slowest of their chunk."""
