@@ -20,9 +20,9 @@ from jaxsat.integrators.adams import ORDER, STABLE
 from jaxsat.integrators.adams import REACH as ADAMS_REACH
 from jaxsat.math import inverse_3x3
 from jaxsat.math.one_function import WIDE, whole_or_usual
-from jaxsat.simulate.by_turns import move_lanes
 from jaxsat.simulate.checks import check_table
-from jaxsat.simulate.course import Layout, lay_course
+from jaxsat.simulate.lanes.by_turns import move_lanes
+from jaxsat.simulate.lanes.course import Layout, lay_course
 from jaxsat.simulate.on_grid import trajectory
 from jaxsat.simulate.parts import Absent, advance_parts, parts_of, varying
 from jaxsat.simulate.rates import fastest_rate

@@ -16,7 +16,6 @@ from jaxsat.integrators.adams import ORDER, REACH, STABLE
 from jaxsat.integrators.grid import BLOCK
 from jaxsat.math import quaternion
 from jaxsat.math.one_function import whole_or_usual
-from jaxsat.simulate.by_turns import grid_of, move_lanes
 from jaxsat.simulate.checks import (
     check_numbers,
     check_satellite,
@@ -25,7 +24,8 @@ from jaxsat.simulate.checks import (
     check_tolerance,
     in_unit_length,
 )
-from jaxsat.simulate.course import lay_course
+from jaxsat.simulate.lanes.by_turns import grid_of, move_lanes
+from jaxsat.simulate.lanes.course import lay_course
 from jaxsat.simulate.on_grid import Trajectory, by_adams, simulate_on_grid, trajectory
 from jaxsat.simulate.rates import fastest_rate
 from jaxsat.simulate.tabulating import Tabulate, bucket, jumps
