@@ -6,6 +6,7 @@ import math
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
 
 import equinox as eqx
 import jax
@@ -30,6 +31,8 @@ from jaxsat.simulate.single import COARSER, TURN_REACH, UNRESOLVED, angles, firs
 from jaxsat.simulate.tabulating import Tabulate, bucket, tabulated
 from jaxsat.spacecraft import Spacecraft
 from jaxsat.torques import AbstractTorque
+
+R = TypeVar("R")
 
 CHUNK = 1000
 """Cases of one call on a CPU."""
@@ -189,7 +192,7 @@ class Batch:
                 varies=varies,
             ).states
 
-        found = np.concatenate(_in_chunks(one, order, self.chunk))[: len(chosen)]
+        found = np.concatenate(in_chunks(one, order, self.chunk))[: len(chosen)]
         return found[np.argsort(order, kind="stable")]
 
     def _table(self, times: Float[Array | np.ndarray, " n"]) -> OrbitTable:
@@ -229,7 +232,7 @@ class Batch:
             share = -(-len(chosen) // (os.cpu_count() or 1))
             few = max(2, 1 << (share - 1).bit_length())
             width = few if few <= GROUP else min(CHUNK, -(-share // GROUP) * GROUP)
-        found = np.concatenate(_in_chunks(one, chosen, width), axis=-1)
+        found = np.concatenate(in_chunks(one, chosen, width), axis=-1)
         return np.moveaxis(found[..., : len(chosen)], -1, 0)
 
     def _body(self, spacecraft: Spacecraft) -> RigidBody:
@@ -244,9 +247,11 @@ class Batch:
         return tuple(tuple(x.reshape(-1).tolist()) for x in jax.tree.leaves(zero))
 
 
-def _in_chunks(one: Callable[[np.ndarray], np.ndarray], chosen: np.ndarray, width: int) -> list[np.ndarray]:
+def in_chunks(one: Callable[[np.ndarray], R], chosen: np.ndarray, width: int) -> list[R]:
     """`one` of the numbers of each chunk, the last one filled up with repeats, on all cores."""
     chunks = [np.resize(chosen[begin : begin + width], width) for begin in range(0, len(chosen), width)]
+    if len(chunks) == 1:
+        return [one(chunks[0])]
     # Two programs at once use two cores better than one program that shares its small loops out.
     workers = (os.cpu_count() or 1) if jax.default_backend() == "cpu" else 1
     with ThreadPoolExecutor(workers) as pool:
