@@ -4,7 +4,7 @@ import dataclasses
 import functools
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
@@ -236,7 +236,17 @@ class Batch:
                 options = (self.varies, absent, self._last_only)
                 return np.asarray(_advance(parts, like, its_body, table, piece.grid, piece.count, *options))
 
-            states = np.concatenate(in_chunks(one, np.arange(len(chosen)), width), axis=-1)[..., : len(chosen)]
+            program = (
+                "Adams",
+                width,
+                piece.grid.steps,
+                len(piece.grid.sample_first),
+                self.varies,
+                absent,
+                self._last_only,
+            )
+            states = np.concatenate(in_chunks(one, np.arange(len(chosen)), width, program), axis=-1)
+            states = states[..., : len(chosen)]
             now = states[0]
             found[piece.samples] = now if self._last_only else states[piece.read]
         return np.moveaxis(found, -1, 0)
@@ -253,15 +263,27 @@ class Batch:
         return tuple(tuple(x.reshape(-1).tolist()) for x in jax.tree.leaves(zero))
 
 
-def in_chunks(one: Callable[[np.ndarray], R], chosen: np.ndarray, width: int) -> list[R]:
-    """`one` of the numbers of each chunk, the last one filled up with repeats, on all cores."""
+_BEGUN: set[Hashable] = set()
+"""Programs that were called: who comes to a new one with several threads would compile it in each."""
+
+
+def in_chunks(
+    one: Callable[[np.ndarray], R], chosen: np.ndarray, width: int, program: Hashable | None = None
+) -> list[R]:
+    """`one` of the numbers of each chunk, the last one filled up with repeats, on all cores.
+
+    The first chunk goes alone where `program`, which says what is compiled for them, is new.
+    """
     chunks = [np.resize(chosen[begin : begin + width], width) for begin in range(0, len(chosen), width)]
-    if len(chunks) == 1:
-        return [one(chunks[0])]
+    alone = 1 if len(chunks) == 1 or (program is not None and program not in _BEGUN) else 0
+    found = [one(chunk) for chunk in chunks[:alone]]
+    _BEGUN.add(program)
+    if alone == len(chunks):
+        return found
     # Two programs at once use two cores better than one program that shares its small loops out.
     workers = (os.cpu_count() or 1) if jax.default_backend() == "cpu" else 1
     with ThreadPoolExecutor(workers) as pool:
-        return list(pool.map(one, chunks))
+        return found + list(pool.map(one, chunks[alone:]))
 
 
 @eqx.filter_jit

@@ -119,7 +119,7 @@ class Sensitivities:
             slopes = np.moveaxis(slopes, -1, 1).reshape(groups * width, *slopes.shape[1:-1])
             return values, slopes, rate, wrong
 
-        found = in_chunks(one, np.arange(len(cases)), groups * width)
+        found = in_chunks(one, np.arange(len(cases)), groups * width, (self._run, groups, width))
         values, slopes = (np.concatenate([part[k] for part in found])[: len(cases)] for k in (0, 1))
         rate = max(float(np.max(part[2])) for part in found)
         return values, slopes, rate, any(bool(np.any(part[3])) for part in found)
