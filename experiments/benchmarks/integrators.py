@@ -10,7 +10,6 @@ import os
 import resource
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -35,22 +34,18 @@ from models.attitude_job import (
     along_sphere,
     measure,
     print_header,
-    quaternion_product,
     reference,
     reference_jacobian,
     timed,
     worst_error,
 )
-from scipy.linalg import block_diag
-from scipy.spatial.transform import Rotation
 
-from jaxsat.dynamics import AttitudeState, rigid_body
+from jaxsat.dynamics import AttitudeState
 from jaxsat.environment import InternalField, KeplerOrbit, igrf_field
 from jaxsat.environment.surroundings import Surroundings
 from jaxsat.integrators import AdamsGrid
-from jaxsat.math.one_function import WIDE, compiled, whole_or_usual
-from jaxsat.simulate import simulate, simulate_many, simulate_on_grid
-from jaxsat.simulate.parts import advance_parts
+from jaxsat.math.one_function import compiled
+from jaxsat.simulate import Sensitivities, simulate, simulate_many, simulate_on_grid
 from jaxsat.spacecraft import MagneticRods, SolarPanels, Spacecraft, box_normals
 from jaxsat.torques import GravityGradient, PermanentMagnet
 
@@ -58,12 +53,11 @@ jax.config.update("jax_enable_x64", True)
 
 CHECKED = [*range(32), *HARDEST]
 TORQUES = (GravityGradient(), PermanentMagnet())
-STEP = 3.6
+STEP = 3.75
 """Of the 10 000 cases [s]; the longest that divides the arc with the worst error below 1e-6."""
 SENSITIVITY_STEP = 4.5
-BATCHED, LANES = 512, 8
-"""Trajectories whose sensitivities are taken at once, and how many of them side by side."""
-THREADS = os.cpu_count() or 1
+BATCHED = 512
+"""Trajectories whose sensitivities are taken at once."""
 
 
 def surroundings(job: Job) -> Surroundings:
@@ -115,67 +109,30 @@ def made(program: Callable, *arguments: Any) -> tuple[Callable, float]:
     return lambda *others: jax.block_until_ready(program(*(others or arguments))), seconds
 
 
-def principal_maps(job: Job) -> tuple[Array, Array]:
-    """Linear maps (7, 7) of (q, w) to principal axes and back."""
-    axes = job.principal[1]
-    turn = Rotation.from_matrix(axes).as_quat(scalar_first=True)
-
-    def right(b):
-        return quaternion_product(np.eye(4), b).T
-
-    back = right(turn * np.array([1.0, -1.0, -1.0, -1.0]))
-    return np.asarray(block_diag(right(turn), axes.T)), np.asarray(block_diag(back, axes))
-
-
-def sensitivities(job: Job, name: str, batch: int) -> Peer:
+def sensitivities(job: Job, name: str, count: int) -> Peer:
     """Derivatives (cases, 7, 13) of the final (q, w) with respect to the job's unknowns, by forward mode."""
-    (moments, axes), (there, back) = job.principal, principal_maps(job)
-    grid = AdamsGrid.through(np.array([job.duration]), start=0.0, max_step=SENSITIVITY_STEP)
-    table = eqx.filter_jit(surroundings(job))(jnp.asarray(grid.node_times))
-    start = np.concatenate([job.quaternions[:batch], job.rates[:batch]], axis=1) @ there.T
-    given = np.concatenate([job.magnet @ axes, moments])
-    unknowns = np.concatenate([start, np.broadcast_to(given, (batch, 6))], axis=1).T
-    nominal = rigid_body(spacecraft(np.diag(moments), given[:3]), TORQUES)
-    absent = tuple(tuple(np.ravel(leaf == 0.0).tolist()) for leaf in jax.tree.leaves(eqx.filter(nominal, eqx.is_array)))
+    moments, axes = job.principal
+    nominal = spacecraft(job.inertia, job.magnet)
 
-    def diagonal(x):
-        zero = jnp.zeros_like(x[0])
-        return jnp.stack([x[0], zero, zero, zero, x[1], zero, zero, zero, x[2]]).reshape(3, 3, -1)
+    def satellite(x):
+        inertia = axes @ jnp.diag(x[10:]) @ axes.T
+        return eqx.tree_at(lambda c: (c.inertia, c.magnet), nominal, (inertia, x[7:10])), AttitudeState(x[:4], x[4:7])
 
-    def final(x):
-        craft = jax.tree.map(lambda a: jnp.broadcast_to(a[..., None], (*a.shape, batch)), nominal.spacecraft)
-        craft = eqx.tree_at(lambda c: (c.inertia, c.magnet), craft, (diagonal(x[10:]), x[7:10]))
-        body = eqx.tree_at(lambda b: (b.spacecraft, b.inverse_inertia), nominal, (craft, diagonal(1.0 / x[10:])))
-        like = AttitudeState(jnp.zeros(4), jnp.zeros(3))
-        parts = tuple(x[k] for k in range(7))
-        return advance_parts(parts, like, body, table, grid, body_varies=True, absent=absent, last_only=True)[0]
-
-    def jacobian(x):
-        return jax.vmap(lambda direction: jax.jvp(final, (x,), (jnp.broadcast_to(direction[:, None], x.shape),))[1])(
-            jnp.eye(13)
-        )
-
-    # Of so few that all their tangents stay in a core's first cache, one group after the other.
-    count, batch = batch, min(batch, LANES)
-
-    def in_groups(within, x):
-        return within(lambda x: jax.lax.map(jacobian, x))(x)
-
-    groups = jnp.moveaxis(jnp.asarray(unknowns).reshape(13, -1, batch), 1, 0)
-    halves = jnp.split(groups, THREADS if len(groups) % THREADS == 0 else 1)
-    program, seconds = made(whole_or_usual(in_groups, WIDE), halves[0])
-    pool = ThreadPoolExecutor(len(halves))
+    of_all = np.broadcast_to(np.concatenate([job.magnet, moments]), (count, 6))
+    unknowns = np.concatenate([job.quaternions[:count], job.rates[:count], of_all], axis=1)
+    unknowns = unknowns[0] if count == 1 else unknowns
+    began = time.perf_counter()
+    program = Sensitivities(
+        satellite, surroundings(job), np.array([job.duration]), torques=TORQUES, max_step=SENSITIVITY_STEP
+    )
 
     def run():
-        found = np.concatenate(list(pool.map(program, halves)))
-        return np.moveaxis(found, 0, -2).reshape(*found.shape[1:-1], count)
+        found = program(unknowns)
+        return np.concatenate([found.quaternion, found.angular_velocity], axis=-2).reshape(-1, 7, 13)
 
-    def in_job_axes(found):
-        unknowns_there = np.asarray(block_diag(there, axes.T, np.eye(3)))
-        raw = back @ np.moveaxis(np.asarray(found), 2, 0).transpose(0, 2, 1) @ unknowns_there
-        return along_sphere(raw, job.quaternions[: len(raw), None])
-
-    return Peer(f"jaxsat {name}", seconds, run, in_job_axes)
+    run()
+    seconds = time.perf_counter() - began
+    return Peer(f"jaxsat {name}", seconds, run, lambda found: along_sphere(found, job.quaternions[: len(found), None]))
 
 
 def single(job: Job) -> dict[str, float]:

@@ -23,6 +23,10 @@ ORDER = 12
 """Of predictor and corrector. At 1e-6 it allows steps a third longer than order ten; at thirteen, or with a corrector
 one order higher, stability forbids the steps that accuracy allows."""
 
+MORE = 1.005
+"""Share of the correction that is made. It is a multiple of the twelfth difference of the slopes, so any share keeps
+order 12; this one lets a swinging motion take steps an eighth longer before it diverges (0.072 over its rate instead of
+0.064, by the roots of the method's characteristic polynomial). A larger one magnifies rounding."""
 _NODES_A_STEP = len(DORMAND_PRINCE_8.inner_nodes) + 1
 REACH = 0.3
 """As `Tableau.reach`."""
@@ -146,7 +150,7 @@ def integrate_adams(
 ) -> PyTree:
     """States at every step, the initial one first, or the last one alone.
 
-    Predict, evaluate, correct, evaluate: Adams-Bashforth and Adams-Moulton of order 12 (Hairer, Norsett & Wanner
+    Predict, evaluate, correct by `MORE` of what Adams-Moulton asks, evaluate: order 12 (Hairer, Norsett & Wanner
     1993, III.1), the first eleven steps by Dormand-Prince 8. `table` has leaves over the nodes of an `AdamsGrid`.
     With a traced `count` only that many steps are taken, and one program serves every length: forward-mode
     derivatives only; later states are zero.
@@ -161,19 +165,14 @@ def integrate_adams(
     predictor, correction, own = _turning_weights(step, dtype)
 
     def sums(newest, state, slopes):
-        # Both sums as one complex number: the compiler then makes one pass over the slopes, not two.
-        rows = predictor[newest], correction[newest]
-        return jax.tree.map(
-            lambda y, k: lax.complex(y + weighted_sum(rows[0], k), weighted_sum(rows[1], k)), state, slopes
-        )
+        predicted = jax.tree.map(lambda y, k: y + weighted_sum(predictor[newest], k), state, slopes)
+        return predicted, jax.tree.map(lambda k: weighted_sum(correction[newest], k), slopes)
 
     def advance(carry, inputs):
-        both, corrected, slopes = carry
+        (predicted, more), corrected, slopes = carry
         number, point = inputs
         turn, place = number % ORDER, number % 2
-        predicted = jax.tree.map(jnp.real, both)
-        slope = f(predicted, point)
-        state = jax.tree.map(lambda z, new: jnp.real(z) + (own * new + jnp.imag(z)), both, slope)
+        state = jax.tree.map(lambda y, c, new: y + (own * new + c), predicted, more, f(predicted, point))
         # Written to memory and read again at a place that the compiler does not know: else it would work the
         # correction out once more for every array of the second slope.
         corrected = _written(corrected, state, place)
@@ -221,11 +220,11 @@ def _turning_weights(step: Float[Array, ""], dtype) -> tuple[Array, Array, Array
     predictor, corrector = adams_weights(ORDER)
     slots = np.arange(ORDER)
     age = (slots[:, None] - slots) % ORDER
-    correction = np.append(corrector[1:], 0.0) - predictor
+    correction = MORE * (np.append(corrector[1:], 0.0) - predictor)
     return (
         jnp.asarray(predictor[age], dtype) * step,
         jnp.asarray(correction[age], dtype) * step,
-        step * float(corrector[0]),
+        step * float(MORE * corrector[0]),
     )
 
 

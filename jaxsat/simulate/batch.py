@@ -4,8 +4,9 @@ import dataclasses
 import functools
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
 
 import equinox as eqx
 import jax
@@ -15,25 +16,28 @@ from jaxtyping import Array, Float
 
 from jaxsat.dynamics import AttitudeState, RigidBody
 from jaxsat.environment import OrbitTable
-from jaxsat.integrators import DORMAND_PRINCE_8, AdamsGrid
+from jaxsat.integrators import DORMAND_PRINCE_8
 from jaxsat.integrators.adams import ORDER, STABLE
 from jaxsat.integrators.adams import REACH as ADAMS_REACH
 from jaxsat.math import inverse_3x3
 from jaxsat.math.one_function import WIDE, whole_or_usual
-from jaxsat.simulate.by_turns import move_lanes
 from jaxsat.simulate.checks import check_table
-from jaxsat.simulate.course import Layout, lay_course
+from jaxsat.simulate.lanes.by_turns import move_lanes
+from jaxsat.simulate.lanes.course import Layout, lay_course
 from jaxsat.simulate.on_grid import trajectory
 from jaxsat.simulate.parts import Absent, advance_parts, parts_of, varying
+from jaxsat.simulate.pieces import Piece, most_steps, pieces_of
 from jaxsat.simulate.rates import fastest_rate
 from jaxsat.simulate.single import COARSER, TURN_REACH, UNRESOLVED, angles, first_reach, hold, longest_step
-from jaxsat.simulate.tabulating import Tabulate, bucket, tabulated
+from jaxsat.simulate.tabulating import Tabulate, tabulated
 from jaxsat.spacecraft import Spacecraft
 from jaxsat.torques import AbstractTorque
 
-CHUNK = 1024
+R = TypeVar("R")
+
+CHUNK = 1000
 """Cases of one call on a CPU."""
-GROUP = 64
+GROUP = 40
 """Of them are moved side by side: the slopes of twelve steps of so many fill a core's first cache."""
 LANES = 16
 """The same of satellites with hysteresis rods, which wait for the slowest of their chunk."""
@@ -121,7 +125,7 @@ class Batch:
         pilot = np.concatenate([fastest, spread])
 
         def both(step):
-            room = self._room(step)
+            room = self._pieces(step, self.chunk)[0].grid.steps
             return tuple(trajectory(self.run(pilot, ratio * step, room), None, 0) for ratio in (1.0, COARSER))
 
         first = self.first_reach(tolerance) / float(rates.max())
@@ -189,7 +193,7 @@ class Batch:
                 varies=varies,
             ).states
 
-        found = np.concatenate(_in_chunks(one, order, self.chunk))[: len(chosen)]
+        found = np.concatenate(in_chunks(one, order, self.chunk))[: len(chosen)]
         return found[np.argsort(order, kind="stable")]
 
     def _table(self, times: Float[Array | np.ndarray, " n"]) -> OrbitTable:
@@ -198,39 +202,54 @@ class Batch:
         check_table(table, "simulate_many")
         return jax.tree.map(lambda x: x.astype(self.initial.quaternion.dtype), table)
 
-    def _room(self, max_step: float) -> int:
-        return bucket(AdamsGrid.through(self.times, start=self.start, max_step=max_step).steps)
+    @property
+    def _last_only(self) -> bool:
+        """Whether the end of the arc alone is asked for, and nothing has to be kept on the way."""
+        return bool(np.all(self.times == self.times[-1]))
+
+    def _pieces(self, max_step: float, width: int, room: int = 0) -> list[Piece]:
+        workers = (os.cpu_count() or 1) if jax.default_backend() == "cpu" else 1
+        most = most_steps(0 if self._last_only else width * workers)
+        return pieces_of(self.times, start=self.start, max_step=max_step, most=most, room=room)
 
     def _by_adams(self, chosen: np.ndarray, max_step: float, room: int) -> Float[np.ndarray, "cases samples parts"]:
-        grid = AdamsGrid.through(self.times, start=self.start, max_step=max_step)
-        count = grid.steps
-        grid = grid.padded(max(room, bucket(count)))
-        table = self._table(grid.node_times)
-        # At the last step's end alone nothing has to be kept on the way.
-        last_only = bool(np.all(self.times == self.times[-1]))
-        like = jax.tree.map(lambda leaf: np.zeros(leaf.shape[1:], leaf.dtype), self.initial)
-        body = self._body(self.spacecraft)
-        absent = self._absent(body)
-        varied = varying(body) if self.varies else None
-
-        def one(numbers):
-            initial, own = jax.tree.map(
-                lambda leaf: np.moveaxis(np.asarray(leaf)[numbers], 0, -1), (self.initial, varied)
-            )
-            its_body = eqx.tree_at(varying, body, own) if self.varies else body
-            states = _advance(
-                parts_of(initial), like, its_body, table, grid, np.asarray(count), self.varies, absent, last_only
-            )
-            return np.asarray(states)
-
         width = self.chunk
         if self.asked_chunk is None and jax.default_backend() == "cpu":
             # Few shapes, few compilations; and something to do for each core.
             share = -(-len(chosen) // (os.cpu_count() or 1))
             few = max(2, 1 << (share - 1).bit_length())
             width = few if few <= GROUP else min(CHUNK, -(-share // GROUP) * GROUP)
-        found = np.concatenate(_in_chunks(one, chosen, width), axis=-1)
-        return np.moveaxis(found[..., : len(chosen)], -1, 0)
+        like = jax.tree.map(lambda leaf: np.zeros(leaf.shape[1:], leaf.dtype), self.initial)
+        body = self._body(self.spacecraft)
+        absent = self._absent(body)
+        varied = varying(body) if self.varies else None
+        of_chosen = jax.tree.map(lambda leaf: np.moveaxis(np.asarray(leaf)[chosen], 0, -1), (self.initial, varied))
+        now, own = np.stack(parts_of(of_chosen[0])), of_chosen[1]
+        found = np.zeros((len(self.times), *now.shape), now.dtype)
+        for piece in self._pieces(max_step, width, room):
+            table = self._table(piece.grid.node_times)
+
+            def one(numbers, piece=piece, table=table, now=now):
+                parts = tuple(part[numbers] for part in now)
+                its = jax.tree.map(lambda leaf: leaf[..., numbers], own)
+                its_body = eqx.tree_at(varying, body, its) if self.varies else body
+                options = (self.varies, absent, self._last_only)
+                return np.asarray(_advance(parts, like, its_body, table, piece.grid, piece.count, *options))
+
+            program = (
+                "Adams",
+                width,
+                piece.grid.steps,
+                len(piece.grid.sample_first),
+                self.varies,
+                absent,
+                self._last_only,
+            )
+            states = np.concatenate(in_chunks(one, np.arange(len(chosen)), width, program), axis=-1)
+            states = states[..., : len(chosen)]
+            now = states[0]
+            found[piece.samples] = now if self._last_only else states[piece.read]
+        return np.moveaxis(found, -1, 0)
 
     def _body(self, spacecraft: Spacecraft) -> RigidBody:
         inverse = (jax.vmap(inverse_3x3) if self.varies else inverse_3x3)(spacecraft.inertia)
@@ -244,13 +263,27 @@ class Batch:
         return tuple(tuple(x.reshape(-1).tolist()) for x in jax.tree.leaves(zero))
 
 
-def _in_chunks(one: Callable[[np.ndarray], np.ndarray], chosen: np.ndarray, width: int) -> list[np.ndarray]:
-    """`one` of the numbers of each chunk, the last one filled up with repeats, on all cores."""
+_BEGUN: set[Hashable] = set()
+"""Programs that were called: who comes to a new one with several threads would compile it in each."""
+
+
+def in_chunks(
+    one: Callable[[np.ndarray], R], chosen: np.ndarray, width: int, program: Hashable | None = None
+) -> list[R]:
+    """`one` of the numbers of each chunk, the last one filled up with repeats, on all cores.
+
+    The first chunk goes alone where `program`, which says what is compiled for them, is new.
+    """
     chunks = [np.resize(chosen[begin : begin + width], width) for begin in range(0, len(chosen), width)]
+    alone = 1 if len(chunks) == 1 or (program is not None and program not in _BEGUN) else 0
+    found = [one(chunk) for chunk in chunks[:alone]]
+    _BEGUN.add(program)
+    if alone == len(chunks):
+        return found
     # Two programs at once use two cores better than one program that shares its small loops out.
     workers = (os.cpu_count() or 1) if jax.default_backend() == "cpu" else 1
     with ThreadPoolExecutor(workers) as pool:
-        return list(pool.map(one, chunks))
+        return found + list(pool.map(one, chunks[alone:]))
 
 
 @eqx.filter_jit

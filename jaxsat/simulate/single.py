@@ -16,7 +16,6 @@ from jaxsat.integrators.adams import ORDER, REACH, STABLE
 from jaxsat.integrators.grid import BLOCK
 from jaxsat.math import quaternion
 from jaxsat.math.one_function import whole_or_usual
-from jaxsat.simulate.by_turns import grid_of, move_lanes
 from jaxsat.simulate.checks import (
     check_numbers,
     check_satellite,
@@ -25,8 +24,10 @@ from jaxsat.simulate.checks import (
     check_tolerance,
     in_unit_length,
 )
-from jaxsat.simulate.course import lay_course
+from jaxsat.simulate.lanes.by_turns import grid_of, move_lanes
+from jaxsat.simulate.lanes.course import lay_course
 from jaxsat.simulate.on_grid import Trajectory, by_adams, simulate_on_grid, trajectory
+from jaxsat.simulate.pieces import most_steps, pieces_of
 from jaxsat.simulate.rates import fastest_rate
 from jaxsat.simulate.tabulating import Tabulate, bucket, jumps
 from jaxsat.spacecraft import Spacecraft
@@ -233,10 +234,16 @@ _run = whole_or_usual(_over_grid)
 
 
 def _adams_at_step(spacecraft, initial, surroundings, times, start, torques, step, room) -> tuple[Trajectory, int]:
+    pieces = pieces_of(times, start=start, max_step=step, most=most_steps(1), room=room)
+    now, states = initial, []
+    for piece in pieces:
+        motion = _run_adams(spacecraft, now, surroundings, piece.grid, torques, piece.count)
+        now = AttitudeState(motion.quaternion[0], motion.angular_velocity[0])
+        states.append((np.asarray(motion.quaternion)[piece.read], np.asarray(motion.angular_velocity)[piece.read]))
+    q, w = (jnp.asarray(np.concatenate(each)) for each in zip(*states, strict=True))
+    # The whole arc's grid, for who goes over it again.
     grid = AdamsGrid.through(times, start=start, max_step=step)
-    room = max(room, bucket(grid.steps))
-    motion = _run_adams(spacecraft, initial, surroundings, grid.padded(room), torques, np.asarray(grid.steps))
-    return dataclasses.replace(motion, grid=grid), room
+    return Trajectory(q, w, grid=grid), pieces[0].grid.steps
 
 
 def _over_adams_grid(within, spacecraft, initial, surroundings, grid, torques, count):

@@ -289,5 +289,5 @@ def test_single_precision_stays_single():
     single = jax.tree.map(lambda x: jnp.asarray(x, jnp.float32), (STATE, COSINES, STEP))
     found = run(*single)
     assert {leaf.dtype for leaf in jax.tree.leaves(found)} == {jnp.dtype(jnp.float32)}
-    # Each step adds the rounding of slopes, times the weights and the step, to states up to 1.3 e.
-    assert errors(found, TIMES).max() < np.finfo(np.float32).eps * WEIGHTS * 0.05 * 1.3 * np.e
+    # Each of 60 steps adds the rounding of slopes and weights, times the step, to states up to 1.3 e, of either sign.
+    assert errors(found, TIMES).max() < np.sqrt(60) * np.finfo(np.float32).eps * WEIGHTS * 0.05 * 1.3 * np.e

@@ -16,7 +16,7 @@ from jaxsat.dynamics import AttitudeState
 from jaxsat.environment import OrbitTable
 from jaxsat.integrators import DORMAND_PRINCE_8, RK4, AdamsGrid, StepGrid
 from jaxsat.math import quaternion
-from jaxsat.simulate import simulate_on_grid
+from jaxsat.simulate import Sensitivities, simulate_on_grid
 from jaxsat.spacecraft import MagneticRods, SolarPanels, Spacecraft, box_normals, symmetric_tensor
 
 pytestmark = pytest.mark.slow
@@ -25,11 +25,11 @@ MU, REFERENCE, DURATION = 3.986004415e14, 3.0e-5, 400.0
 AXES = np.array([[0.0, 1.0, 0.0], [0.0, 0.28, 0.96]])
 
 
-def environment(t):
+def environment(t, xp=np):
     """Position [m] and field [T] along some path, smooth functions of time, [..., 3]."""
-    c, s = np.cos(1.1e-3 * t), np.sin(1.1e-3 * t)
-    position = 7e6 * np.stack([0.8 * c - 0.36 * s, 0.6 * c + 0.48 * s, 0.8 * s], axis=-1)
-    return position, 3e-5 * np.stack([0.5 * c + 0.2, -0.7 * s - 0.4, 0.6 * c * s + 0.3], axis=-1)
+    c, s = xp.cos(1.1e-3 * t), xp.sin(1.1e-3 * t)
+    position = 7e6 * xp.stack([0.8 * c - 0.36 * s, 0.6 * c + 0.48 * s, 0.8 * s], axis=-1)
+    return position, 3e-5 * xp.stack([0.5 * c + 0.2, -0.7 * s - 0.4, 0.6 * c * s + 0.3], axis=-1)
 
 
 # What is varied, in units of its own size: turn, rate, magnet, rods, inertia (xx, yy, zz, xy, xz, yz).
@@ -116,14 +116,19 @@ def differences(point):
     return np.tensordot(list(stencil.values()), ends, axes=1).T / h
 
 
-def last_state(changes, q, w, grid, table, tableau=RK4, checkpoint_every=None):
-    """Attitude and rate at the end, by the library."""
+def satellite(changes, q, w):
+    """Satellite and first state of the library."""
     scaled = changes * SIZES
     own = SATELLITE + scaled[6:]
     rods = MagneticRods(own[3:5], jnp.asarray(AXES), jnp.asarray(REFERENCE))
     panels = SolarPanels(box_normals(), jnp.asarray(0.24), jnp.ones(6))
     craft = Spacecraft(symmetric_tensor(own[5:]), own[:3], rods, panels)
-    first = AttitudeState(quaternion.multiply(q, quaternion.from_rotation_vector(changes[:3])), w + scaled[3:6])
+    return craft, AttitudeState(quaternion.multiply(q, quaternion.from_rotation_vector(changes[:3])), w + scaled[3:6])
+
+
+def last_state(changes, q, w, grid, table, tableau=RK4, checkpoint_every=None):
+    """Attitude and rate at the end, by the library."""
+    craft, first = satellite(changes, q, w)
     motion = simulate_on_grid(craft, first, table, grid, tableau=tableau, checkpoint_every=checkpoint_every)
     return jnp.concatenate([motion.quaternion[-1], motion.angular_velocity[-1]])
 
@@ -176,3 +181,24 @@ def test_derivatives_by_differences(point):
     expected = differences(point)
     size = np.abs(expected).max(axis=1, keepdims=True)
     np.testing.assert_allclose(found("Adams, reverse", point) / size, expected / size, rtol=0, atol=5e-9)
+
+
+def asked(points):
+    """Unknowns of `satellite`: no changes, attitude, rate."""
+    return np.array([np.concatenate([np.zeros(17), *POINTS[point]]) for point in points])
+
+
+@pytest.mark.parametrize("points", [list(POINTS)[:1], list(POINTS) * 2], ids=["few, tangents side by side", "many"])
+def test_sensitivities_by_complex_step(points):
+    ways = Sensitivities(
+        lambda x: satellite(x[:17], x[17:21], x[21:]),
+        lambda times: OrbitTable(*environment(times, jnp)),
+        END,
+        max_step=DURATION / 200,
+    )
+    found = ways(asked(points))
+    for k, point in enumerate(points):
+        expected = complex_step(point)
+        size = np.abs(expected).max(axis=1, keepdims=True)
+        got = np.concatenate([found.quaternion[k, 0, :, :17], found.angular_velocity[k, 0, :, :17]])
+        np.testing.assert_allclose(got / size, expected / size, rtol=0, atol=ACCURACY["Adams"])

@@ -4,7 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxsat.simulate.crossings import NEVER, Cubic
+from jaxsat.simulate.lanes.crossings import NEVER, Cubic
 
 
 def of(*roots, scale=1.0):

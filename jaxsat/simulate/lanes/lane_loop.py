@@ -17,7 +17,7 @@ from jaxsat.math.one_function import WIDE, whole_or_usual
 from jaxsat.math.runge_kutta import Tableau
 from jaxsat.math.scalars import elements, over_cases
 from jaxsat.math.weighted_sum import weighted_sum
-from jaxsat.simulate.lanes import Lane, Mark, Own, Taken, planned, settled, slope, started
+from jaxsat.simulate.lanes.lane import Lane, Mark, Own, Taken, planned, settled, slope, started
 from jaxsat.torques.branches import lag_from_nearness
 
 STRETCH = 8192

@@ -18,7 +18,7 @@ from jaxsat.environment import OrbitTable
 from jaxsat.environment.cells import Cells
 from jaxsat.environment.commands import CommandTable
 from jaxsat.math import cross, quaternion
-from jaxsat.simulate.crossings import Cubic
+from jaxsat.simulate.lanes.crossings import Cubic
 from jaxsat.simulate.rates import squared_pull
 from jaxsat.simulate.turns import rods_of
 from jaxsat.torques.abstract import required

@@ -12,8 +12,8 @@ from jaxsat.environment.cells import Cells, tabulate_cells
 from jaxsat.environment.shadow import ConeShadow, CylinderShadow
 from jaxsat.environment.surroundings import Surroundings
 from jaxsat.simulate.checks import check_table
-from jaxsat.simulate.lane_loop import Course, Marks
-from jaxsat.simulate.lanes import Mark
+from jaxsat.simulate.lanes.lane import Mark
+from jaxsat.simulate.lanes.lane_loop import Course, Marks
 from jaxsat.simulate.tabulating import Tabulate, bucket, jumps, tabulated
 
 SHARE = 1e-3

@@ -10,9 +10,9 @@ from jaxtyping import Float
 
 from jaxsat.dynamics import AttitudeState, RigidBody
 from jaxsat.integrators import StepGrid, Tableau
-from jaxsat.simulate.course import Layout
-from jaxsat.simulate.lane_loop import STRETCH, begin, onward
-from jaxsat.simulate.lanes import Own
+from jaxsat.simulate.lanes.course import Layout
+from jaxsat.simulate.lanes.lane import Own
+from jaxsat.simulate.lanes.lane_loop import STRETCH, begin, onward
 from jaxsat.torques.abstract import required
 
 LONGEST_SHARE = 0.5

@@ -1,0 +1,242 @@
+"""Derivatives of motions by numbers of one's choice: prepared once, asked often, of one satellite or many."""
+
+import os
+from collections.abc import Callable
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from jaxsat.dynamics import AttitudeState, RigidBody
+from jaxsat.integrators import AdamsGrid
+from jaxsat.math import inverse_3x3, quaternion
+from jaxsat.math.one_function import WIDE, whole_or_usual
+from jaxsat.simulate.absent import DUST, arrays_of, nowhere, present
+from jaxsat.simulate.batch import Batch, in_chunks
+from jaxsat.simulate.checks import (
+    check_numbers,
+    check_satellite,
+    check_surroundings,
+    check_table,
+    check_tolerance,
+    in_unit_length,
+)
+from jaxsat.simulate.on_grid import Trajectory
+from jaxsat.simulate.parts import Absent, advance_parts, parts_of
+from jaxsat.simulate.rates import fastest_rate
+from jaxsat.simulate.tabulating import Tabulate, bucket, tabulated
+from jaxsat.spacecraft import Spacecraft, in_axes
+from jaxsat.torques import AbstractTorque
+
+LANES, FEW = 16, 8
+"""Satellites side by side, each with all its tangents; and of how few the tangents lie side by side instead."""
+GROUPS = 8
+"""Of so many satellites in one call, at most."""
+FASTER = 1.05
+"""Of the rate for which the steps were found, beyond which they are found anew."""
+
+
+class Derivatives(eqx.Module):
+    """Motions at the requested times and their derivatives; the cases in front where there are several."""
+
+    motion: Trajectory
+    quaternion: Float[Array | np.ndarray, "*cases samples 4 unknowns"]
+    """Of the unit quaternion, by each unknown in its unit."""
+    angular_velocity: Float[Array | np.ndarray, "*cases samples 3 unknowns"]
+    """[rad/s] by each unknown in its unit."""
+
+
+class Sensitivities:
+    """Motions and their derivatives by `unknowns`, of which `satellite_of` makes a satellite and its state at `start`.
+
+    `satellite_of` takes the unknowns [n] of one satellite and returns its `Spacecraft` and its `AttitudeState`; JAX
+    differentiates it. `times` [s] are monotonic; the torques are by default those of the satellite's parts, and have no
+    kinks. Derivatives are those of the steps taken, to rounding. The steps are those with which the first motions, or
+    faster ones that come later, hold `tolerance` [rad] as `simulate_many` says; with `max_step` [s] they are given and
+    not checked. What does not change from call to call, as environment and program, is worked out once.
+
+    Raises ValueError as `simulate_many` does, for hysteresis rods and for `unknowns` that are not a vector or a table.
+    """
+
+    def __init__(
+        self,
+        satellite_of: Callable[[Float[Array, " n"]], tuple[Spacecraft, AttitudeState]],
+        surroundings: Tabulate,
+        times: np.ndarray,
+        *,
+        start: float = 0.0,
+        torques: tuple[AbstractTorque, ...] | None = None,
+        tolerance: float = 1e-6,
+        max_step: float | None = None,
+    ):
+        self._of, self._surroundings, self._times = satellite_of, surroundings, np.asarray(times, float)
+        self._start, self._torques, self._tolerance, self._max_step = float(start), torques, tolerance, max_step
+        if max_step is None:
+            check_tolerance(tolerance, "Sensitivities")
+        check_numbers(torques, "Sensitivities: torques")
+        check_surroundings(surroundings, self._start, self._times, "Sensitivities")
+        self._axes: np.ndarray | None = None
+        self._turned: bytes | None = None
+        self._absent: Absent = ()
+        self._rate = 0.0
+        self._inputs: tuple = ()
+        self._run: Any = None
+
+    def __call__(self, unknowns: Float[np.ndarray | Array, "*cases n"]) -> Derivatives:
+        """Motion and derivatives of one satellite, or of many where `unknowns` is a table with a row for each."""
+        x = np.asarray(unknowns, float)
+        if x.ndim not in (1, 2) or not x.size:
+            raise ValueError(f"Sensitivities: unknowns must be [n] or [cases, n], got an array of shape {x.shape}")
+        cases = np.atleast_2d(x)
+        if self._run is None:
+            self._prepare(cases)
+        values, slopes, rate, wrong = self._all(cases)
+        if wrong or rate > FASTER * self._rate:
+            self._prepare(cases)
+            values, slopes, *_ = self._all(cases)
+        whole = slice(None) if x.ndim == 2 else 0
+        lost = tuple(np.flatnonzero(~np.isfinite(values).all(axis=(1, 2))).tolist())
+        values, slopes = values[whole], slopes[whole]
+        motion = Trajectory(jnp.asarray(values[..., :4]), jnp.asarray(values[..., 4:]), diverged=lost)
+        return Derivatives(motion, slopes[..., :4, :], slopes[..., 4:, :])
+
+    def _all(self, cases: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, bool]:
+        """Of all cases: states [cases samples 7], derivatives [cases samples 7 n], rate, what was thought absent."""
+        workers = (os.cpu_count() or 1) if jax.default_backend() == "cpu" else 1
+        width = 1 if len(cases) < FEW else LANES
+        if jax.default_backend() != "cpu":
+            width = len(cases)
+        groups = min(GROUPS, max(1, -(-len(cases) // (width * workers))))
+
+        def one(numbers):
+            lanes = np.moveaxis(cases[numbers].reshape(groups, width, -1), 1, 2)
+            values, slopes, rate, wrong = jax.device_get(self._run(lanes, *self._inputs))
+            # [groups samples 7 (n) lanes] to [cases samples 7 (n)].
+            values = np.moveaxis(values, -1, 1).reshape(groups * width, *values.shape[1:-1])
+            slopes = np.moveaxis(slopes, -1, 1).reshape(groups * width, *slopes.shape[1:-1])
+            return values, slopes, rate, wrong
+
+        found = in_chunks(one, np.arange(len(cases)), groups * width, (self._run, groups, width))
+        values, slopes = (np.concatenate([part[k] for part in found])[: len(cases)] for k in (0, 1))
+        rate = max(float(np.max(part[2])) for part in found)
+        return values, slopes, rate, any(bool(np.any(part[3])) for part in found)
+
+    def _prepare(self, cases: np.ndarray) -> None:
+        """Axes, steps, environment and program for unknowns like these."""
+        crafts, states = eqx.filter_jit(eqx.filter_vmap(self._checked))(cases)
+        crafts, states = jax.tree.map(np.asarray, (crafts, states))
+        for k in range(len(cases)):
+            craft, state = jax.tree.map(lambda leaf, k=k: leaf[k], (crafts, states))
+            check_satellite(craft, f"Sensitivities, case {k}")
+            in_unit_length(state, f"Sensitivities, case {k}")
+        self._axes = _common_axes(crafts, self._torques)
+        batch = Batch(
+            crafts, states, self._surroundings, self._times, self._start, self._torques, self._tolerance, None
+        )
+        self._rate = np.inf
+        step = self._max_step
+        if step is None:
+            self._rate, step = float(batch.rates.max()), batch.step_within(self._tolerance)[0]
+        grid = AdamsGrid.through(self._times, start=self._start, max_step=step)
+        count = grid.steps
+        grid = grid.padded(bucket(count))
+        table = tabulated(self._surroundings, grid.node_times)
+        check_table(table, "Sensitivities")
+        self._inputs = (table, grid, np.asarray(count))
+        before, self._absent = (self._absent, self._turned), self._nowhere(cases)
+        self._turned = None if self._axes is None else self._axes.tobytes()
+        if self._run is None or before != (self._absent, self._turned):
+            self._run = whole_or_usual(self._program, WIDE)
+
+    def _checked(self, unknowns: Float[Array, " n"]) -> tuple[Spacecraft, AttitudeState]:
+        craft, state = self._of(unknowns)
+        if state.quaternion.shape != (4,) or craft.inertia.shape != (3, 3):
+            raise ValueError(
+                "Sensitivities: satellite_of must return one satellite and one state, with an inertia of shape (3, 3) "
+                f"and a quaternion of shape (4,), got {craft.inertia.shape} and {state.quaternion.shape}"
+            )
+        if state.rod_lag is not None:
+            raise ValueError(
+                "Sensitivities: motions with hysteresis rods have kinks: take differences of simulate, or "
+                "simulate_on_grid with Runge-Kutta steps"
+            )
+        return craft, state
+
+    def _body(self, unknowns: Float[Array, " n"]) -> tuple[RigidBody, AttitudeState]:
+        """Satellite, ready to move, and state in the axes in which it is moved."""
+        craft, state = self._checked(unknowns)
+        q, w = quaternion.normalize(state.quaternion), state.angular_velocity
+        if self._axes is not None:
+            craft, w = in_axes(craft, self._axes), jnp.asarray(self._axes) @ w
+            q = quaternion.multiply(q, quaternion.from_dcm(jnp.asarray(self._axes.T)))
+        return RigidBody(craft, inverse_3x3(craft.inertia), self._torques), AttitudeState(q, w)
+
+    def _nowhere(self, cases: np.ndarray) -> Absent:
+        """Which elements are zero, with all their derivatives, but for rounding."""
+
+        def body_of(unknowns):
+            return arrays_of(self._body(unknowns)[0])
+
+        return nowhere(*jax.jit(jax.vmap(lambda x: (body_of(x), jax.jacfwd(body_of)(x))))(cases))
+
+    def _program(self, within, unknowns, table, grid, count):
+        """Of groups of lanes: states, derivatives, fastest rate, and whether what was thought absent is there."""
+        n, width = unknowns.shape[1:]
+        apart = width == 1  # One satellite: its tangents are the lanes, and its own motion is in each of them.
+        lanes = -(-n // 8) * 8 if apart else width
+        like = AttitudeState(jnp.zeros(4), jnp.zeros(3))
+        last_only = bool(np.all(self._times == self._times[-1]))
+
+        def final(x, table, grid, count):
+            body, state = eqx.filter_vmap(self._body, in_axes=-1, out_axes=eqx.if_array(-1))(x)
+            options = {"body_varies": True, "absent": self._absent, "count": count, "last_only": last_only}
+            states = advance_parts(parts_of(state), like, body, table, grid, **options)
+            return jax.vmap(jax.vmap(self._in_body_axes, -1, -1))(states), arrays_of(body)
+
+        def of_group(x, table, grid, count):
+            def along(x, direction):
+                return jax.jvp(lambda x: final(x, table, grid, count), (x,), (direction,))
+
+            if apart:
+                (states, body), (slopes, turns) = along(jnp.broadcast_to(x, (n, lanes)), jnp.eye(n, lanes))
+                states, slopes = states[..., :1], slopes[..., :n, None]
+            else:
+                directions = jnp.broadcast_to(jnp.eye(n)[:, :, None], (n, n, lanes))
+                along = jax.vmap(along, in_axes=(None, 0), out_axes=((None, None), (2, -1)))
+                (states, body), (slopes, turns) = along(x, directions)
+            return states, slopes, jnp.maximum(present(body, self._absent), present(turns, self._absent))
+
+        def motions(unknowns, table, grid, count):
+            return jax.lax.map(lambda x: of_group(x, table, grid, count), unknowns)
+
+        grid = jax.tree.map(jnp.asarray, grid)
+        states, slopes, wrong = within(motions)(unknowns, table, grid, count)
+        first = jax.tree.map(lambda leaf: leaf[:1], table)
+        rate = 0.0
+        if self._max_step is None:
+            rows = jnp.moveaxis(unknowns, 1, 2).reshape(-1, n)
+            rate = jax.vmap(lambda x: fastest_rate(*self._checked(x), first))(rows)
+        return states, slopes, rate, wrong > 10.0 * DUST
+
+    def _in_body_axes(self, state: Float[Array, "7"]) -> Float[Array, "7"]:
+        q, w = quaternion.normalize(state[:4]), state[4:]
+        if self._axes is None:
+            return jnp.concatenate([q, w])
+        back = quaternion.from_dcm(jnp.asarray(self._axes))
+        return jnp.concatenate([quaternion.multiply(q, back), jnp.asarray(self._axes.T) @ w])
+
+
+def _common_axes(crafts: Spacecraft, torques: tuple[AbstractTorque, ...] | None) -> np.ndarray | None:
+    """dcm_principal_from_body of all satellites; None where there is none, or something cannot be turned."""
+    own_vectors = bool(crafts.parts) or any(jnp.ndim(leaf) > 0 for leaf in jax.tree.leaves(torques))
+    inertia = np.asarray(crafts.inertia, float)
+    if own_vectors:
+        return None
+    columns = np.linalg.eigh(inertia[0])[1]
+    axes = columns.T * np.array([np.sign(np.linalg.det(columns)), 1.0, 1.0])[:, None]
+    turned = axes @ inertia @ axes.T
+    off = np.abs(turned * (1.0 - np.eye(3))).max()
+    return axes if 0.0 < np.abs(inertia * (1.0 - np.eye(3))).max() and off <= DUST * np.abs(inertia).max() else None
