@@ -21,7 +21,7 @@ from jaxsat.environment import (
 from jaxsat.files.units import parsed_unit
 from jaxsat.satellites.model import Model
 from jaxsat.satellites.sections.session import ChannelSettings
-from jaxsat.sensors import stepped
+from jaxsat.sensors import SunAngles, SunVector, stepped
 from jaxsat.sensors.abstract import AbstractSensor
 from jaxsat.sensors.view import View
 from jaxsat.time import Epoch
@@ -91,9 +91,15 @@ def _read(sensor: AbstractSensor, seen: View, sigma, key):
 def sent(
     sensor: AbstractSensor, seen: View, settings: ChannelSettings, key: jax.Array
 ) -> tuple[Float[np.ndarray, "n columns"], Float[np.ndarray, "n columns"]]:
-    """Mean readings and what is sent of them with noise and steps, in the channel's unit."""
+    """Mean readings and what is sent of them with noise and steps, in the channel's unit; NaN where nothing is.
+
+    In the Earth's shadow a Sun sensor that tells directions sends none.
+    """
     factor = parsed_unit(settings.unit).factor
     sigma = jnp.asarray((settings.sigma or 0.0) * factor)
     mean, noisy = _read(sensor, seen, sigma, key)
-    values = stepped(noisy / factor, jnp.asarray(settings.quantum or 0.0))
-    return np.asarray(mean) / factor, np.asarray(values)
+    values = np.array(stepped(noisy / factor, jnp.asarray(settings.quantum or 0.0)))
+    if isinstance(sensor, SunVector | SunAngles):
+        # The model has a direction there too, a real sensor has nothing to send.
+        values[np.asarray(seen.lit.illumination) == 0.0] = np.nan
+    return np.asarray(mean) / factor, values
