@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PyTree
 
 from fitting.measurements.groups import Groups
+from fitting.stored import part_of
 from jaxsat.integrators import BLOCK, StepGrid
 from jaxsat.math import quaternion
 
@@ -32,8 +33,8 @@ class Prediction(eqx.Module):
     """(modelled - measured) / sigma."""
     quaternion: Float[Array, "samples 4"]
     angular_velocity: Float[Array, "samples 3"]
-    rotation_jacobian: Float[Array, "samples 3 unknowns"]
-    """Small rotation in body axes [rad] for a unit change of each unknown."""
+    rotation_jacobian: Float[Array, "samples 3 unknowns"] | None
+    """Small rotation in body axes [rad] for a unit change of each unknown; None where a solver is on its way."""
 
 
 class AbstractProblem(eqx.Module):
@@ -116,10 +117,11 @@ class AbstractProblem(eqx.Module):
             residual = jax.lax.dynamic_update_slice_in_dim(residual, new[0], begin, axis=0)
             return residual, visit(carry, new, begin)
 
+        def every_block(count, carry):
+            return jax.lax.fori_loop(0, count, sample_block, (jnp.zeros((self.valid.shape[0], self.channels)), carry))
+
         samples = jnp.sum(jnp.asarray(self.grid.sample_index) <= blocks * BLOCK)
-        count = (samples + PAD_SAMPLES - 1) // PAD_SAMPLES
-        blank = jnp.zeros((self.valid.shape[0], self.channels))
-        return jax.lax.fori_loop(0, count, sample_block, (blank, carry))
+        return part_of(every_block)((samples + PAD_SAMPLES - 1) // PAD_SAMPLES, carry)
 
 
 def small_turns(
