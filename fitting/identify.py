@@ -27,7 +27,7 @@ from fitting.starts.multi_start import Progress, Starts, compile_solvers
 from fitting.starts.search import Search, seen_rate
 from fitting.starts.sights import sights_of
 from fitting.starts.silent import silent_panels
-from fitting.starts.stretches import longest_stretch
+from fitting.starts.stretches import longest_stretch, searched_samples
 from jaxsat.errors import InputError
 from jaxsat.integrators import RK4, step_for
 from jaxsat.satellites.model import Model
@@ -120,23 +120,35 @@ def identify(
         fastest = max(fastest, 1.3 * float(np.linalg.norm(placed.rate)))
     step = min(settings.step_s, step_for(RK4, fastest, span, COARSE_TOLERANCE))
     finest = min(step, step_for(RK4, 1.3 * fastest + 1e-3, whole_span, FINE_TOLERANCE))
-    part, seeing = samples.part(slice(begin, None)), seeing.part(slice(begin, None))
     build = partial(build, room_for=finest, sky=first.sky)
-    coarse = build(part, max_step=step)
+    kept = searched_samples(samples, begin, fastest)
+    thinned, fitted_of_kept = len(kept) < len(samples.t) - begin, int(np.searchsorted(kept, fitted))
+    part, seeing = samples.part(kept), samples.part(kept[:fitted_of_kept])
+    search_build = (
+        partial(build_problem, part, model, around, delayed=delayed, room_for=finest)
+        if thinned
+        else partial(build, part)
+    )
+    coarse = search_build(max_step=step)
+    whole = build(samples, max_step=step) if thinned else coarse
     tabulated = time.perf_counter()
     progress("compiling", 0, 1)
     compilations = compile_solvers(coarse, parameters, settings.solver)
+    if thinned:
+        # For the last rounds, of which the search knows nothing.
+        compile_solvers(whole, parameters, settings.solver)
     # What looks at the minimum is traced while XLA, which needs no Python, is at work on the solver.
-    threading.Thread(target=prepare_look, args=(coarse, parameters), daemon=True).start()
+    threading.Thread(target=prepare_look, args=(whole, parameters), daemon=True).start()
     for compilation in compilations:
         if compilation is not None:
             compilation.result()
     compiled = time.perf_counter()
 
     use = usable(coarse, part)
-    use[fitted - begin :] = 0.0
+    use[fitted_of_kept:] = 0.0
     silent, seen = silent_panels(seeing, model, parameters), directed_samples(sights)
-    search = Search(coarse, seeing, silent, seen[seen >= begin] - begin, use, fastest, parameters, settings, progress)
+    telling = np.flatnonzero(np.isin(kept, seen))
+    search = Search(coarse, seeing, silent, telling, use, fastest, parameters, settings, progress)
 
     def weight_of(problem: Problem) -> np.ndarray:
         weight = usable(problem, samples)
@@ -185,7 +197,7 @@ def identify(
         # The model may be wrong; or a nearly chaotic motion needs shorter steps than its rate tells; or the way from
         # the first arc to the last is narrow, and too few starts were on it.
         shorter = max(min(step, step_for(RK4, fastest, span, SHORTER * COARSE_TOLERANCE)), finest)
-        search = replace(search, problem=build(part, max_step=shorter))
+        search = replace(search, problem=search_build(max_step=shorter))
         for effort in (1, HARDER) if shorter < MUCH_SHORTER * step else (HARDER,):
             again = best_of(search.blind(found, effort)[0], hasty=True)
             best += again

@@ -60,8 +60,8 @@ class Samples:
             values[name] = rows
         return Samples(t, values, channels, epoch, columns, given)
 
-    def part(self, which: slice) -> "Samples":
-        """Samples that follow each other, by their numbers."""
+    def part(self, which: slice | np.ndarray) -> "Samples":
+        """Some of the samples, in their order, by their numbers."""
         return replace(self, t=self.t[which], values={name: rows[which] for name, rows in self.values.items()})
 
 
