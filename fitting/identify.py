@@ -101,8 +101,15 @@ def identify(
     span = max(float(samples.t[fitted - 1] - samples.t[0]), 1.0)
     whole_span = max(float(np.ptp(samples.t)), 1.0)
     build = partial(build_problem, model=model, around=around, whole=samples, delayed=delayed)
-    # The sky first, on the coarsest grid: sights need no motion.
-    first = build(samples, max_step=settings.step_s, room_for=settings.step_s)
+
+    def steps_for(fastest: float) -> tuple[float, float]:
+        """Longest step while arcs grow, and the shortest at the end, for motions of so many rad/s."""
+        step = min(settings.step_s, step_for(RK4, fastest, span, COARSE_TOLERANCE))
+        return step, min(step, step_for(RK4, 1.3 * fastest + 1e-3, whole_span, FINE_TOLERANCE))
+
+    # The sky first: sights need no motion. In the shape that a motion as fast as is likely will have.
+    fastest = float(np.radians(settings.max_rate_deg_s))
+    first = build(samples, max_step=settings.step_s, room_for=steps_for(fastest)[1])
     check_field(first, samples)
     check_sunlit(first, {name: channel.witness for name, channel in samples.channels.items()}, FIRST_ARC)
     seeing = samples.part(slice(fitted))
@@ -115,11 +122,10 @@ def identify(
     begin = longest_stretch(samples.t, mask) if samples.given is None else 0
     placed = None if guess is None else place(guess, samples, begin, fitted, telling)
     begin = begin if placed is None else placed.sample
-    fastest = max(seen_rate(sights), float(np.radians(settings.max_rate_deg_s)))
+    fastest = max(seen_rate(sights), fastest)
     if placed is not None:
         fastest = max(fastest, 1.3 * float(np.linalg.norm(placed.rate)))
-    step = min(settings.step_s, step_for(RK4, fastest, span, COARSE_TOLERANCE))
-    finest = min(step, step_for(RK4, 1.3 * fastest + 1e-3, whole_span, FINE_TOLERANCE))
+    step, finest = steps_for(fastest)
     build = partial(build, room_for=finest, sky=first.sky)
     kept = searched_samples(samples, begin, fastest)
     thinned, fitted_of_kept = len(kept) < len(samples.t) - begin, int(np.searchsorted(kept, fitted))

@@ -61,4 +61,4 @@ def _solve_chunk(
     return jax.lax.fori_loop(0, count, store, blank)
 
 
-solve_chunk = Stored(_solve_chunk, parts=True)
+solve_chunk = Stored(_solve_chunk, quick=True, parts=True)
