@@ -130,11 +130,9 @@ def identify(
     kept = searched_samples(samples, begin, fastest)
     thinned, fitted_of_kept = len(kept) < len(samples.t) - begin, int(np.searchsorted(kept, fitted))
     part, seeing = samples.part(kept), samples.part(kept[:fitted_of_kept])
-    search_build = (
-        partial(build_problem, part, model, around, delayed=delayed, room_for=finest)
-        if thinned
-        else partial(build, part)
-    )
+    # Where the last rounds have another shape anyway, there is no room for their steps in that of the search.
+    of_search = partial(build_problem, part, model, around, delayed=delayed, room_for=step)
+    search_build = of_search if thinned else partial(build, part)
     coarse = search_build(max_step=step)
     whole = build(samples, max_step=step) if thinned else coarse
     tabulated = time.perf_counter()
