@@ -29,7 +29,7 @@ import jax
 import jax.export
 import numpy as np
 
-from jaxsat.math.one_function import NO_LIBRARIES, REFUSED, in_one_function
+from jaxsat.math.one_function import NO_LIBRARIES, REFUSED, in_one_function, whole_or_usual
 
 R = TypeVar("R")
 DIGEST_BYTES = 32
@@ -80,7 +80,7 @@ class Stored:
         self._function = function
         self._seldom, self._quick = seldom, quick
         self._parts = parts
-        self._plain = eqx.filter_jit(function)
+        self._plain = whole_or_usual(self._within) if parts else eqx.filter_jit(function)
         self._programs: dict[str, tuple[Future, Any]] = {}
         self._lock = threading.Lock()
 
@@ -91,6 +91,10 @@ class Stored:
             return self._plain(*arguments)
         (program, structure), leaves = self._program(directory, arguments)
         return jax.tree.unflatten(structure, program.result()(*leaves))
+
+    def _within(self, within: Within, *arguments: Any) -> Any:
+        with in_parts(within):
+            return self._function(*arguments)
 
     def compile(self, *arguments: Any) -> Future | None:
         """Traces for such arguments now and compiles in the background; without a directory, does nothing."""
