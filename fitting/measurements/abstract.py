@@ -74,8 +74,8 @@ class AbstractProblem(eqx.Module):
         """Residuals of one start about the attitude `reference` at the grid's start; what `visit` makes of the rest.
 
         `carry` goes through `visit(carry, (residual, jacobian), begin)` for each block of `PAD_SAMPLES` samples of the
-        arc, the first of them number `begin`; the Jacobian [block channels unknowns] is exact and never there as a
-        whole. `blocks` of steps are taken.
+        arc, the first of them number `begin`; the Jacobian [block channels unknowns] is never there as a whole.
+        `blocks` of steps are taken.
         """
 
     def predict(

@@ -1,4 +1,4 @@
-"""Levenberg-Marquardt on exact Jacobians, robust, bounded.
+"""Levenberg-Marquardt on derivatives of the motion, robust, bounded.
 
 One compiled program serves every arc length, every subset of active unknowns, every mask of samples and every
 robustness: all of these are traced.
