@@ -70,12 +70,14 @@ class AbstractProblem(eqx.Module):
         *,
         visit: Visit,
         carry: Any,
+        exact: bool = False,
     ) -> tuple[Prediction, Any]:
         """Residuals of one start about the attitude `reference` at the grid's start; what `visit` makes of the rest.
 
         `carry` goes through `visit(carry, (residual, jacobian), begin)` for each block of `PAD_SAMPLES` samples of the
         arc, the first of them number `begin`; the Jacobian [block channels unknowns] is never there as a whole.
-        `blocks` of steps are taken.
+        `blocks` of steps are taken. With `exact` derivatives they are those of the steps themselves, else those of the
+        motion, off by what a step is off, in a quarter of the time.
         """
 
     def predict(
@@ -85,13 +87,13 @@ class AbstractProblem(eqx.Module):
         reference: Float[Array, "4"],
         blocks: Int[Array | np.ndarray, ""],
     ) -> tuple[Prediction, Float[Array, "samples channels unknowns"]]:
-        """Residuals of one start as in `predict_blocks`, and their whole Jacobian."""
+        """Residuals of one start as in `predict_blocks`, and their whole Jacobian, exact."""
 
         def store(jacobian, new, begin):
             return jax.lax.dynamic_update_slice_in_dim(jacobian, new[1], begin, axis=0)
 
         blank = jnp.zeros((self.valid.shape[0], self.channels, x.shape[0]), dtype=x.dtype)
-        return self.predict_blocks(parameters, x, reference, blocks, visit=store, carry=blank)
+        return self.predict_blocks(parameters, x, reference, blocks, visit=store, carry=blank, exact=True)
 
     def over_arc(
         self,

@@ -93,12 +93,13 @@ class Problem(AbstractProblem):
         *,
         visit: Visit,
         carry: Any,
+        exact: bool = False,
     ) -> tuple[Prediction, Any]:
         moving, seeing = jnp.split(x, [len(STATE) + parameters.moving])
 
         def moved(x, reference, blocks):
             linear = linear_about(parameters, x[len(STATE) :])
-            return linear, *motion_of(self, linear, moving, reference, blocks)
+            return linear, *motion_of(self, linear, moving, reference, blocks, exact=exact)
 
         linear, motion, slopes = part_of(moved)(x, reference, blocks)
         inputs = (motion, slopes, self.sky, self.measured, self.known)
@@ -157,17 +158,21 @@ def motion_of(
     moving: Float[Array, " moving"],
     reference: Float[Array, "4"],
     blocks: Int[Array | np.ndarray, ""],
+    *,
+    exact: bool = True,
 ) -> tuple[Motion, Float[Array, "samples kinds 3 moving"]]:
     """The motion, and what a unit of each unknown of motion does to it at each sample.
 
-    Turn [rad], change of rate [rad/s] and, where stamps may be late, of acceleration [rad/s^2].
+    Turn [rad], change of rate [rad/s] and, where stamps may be late, of acceleration [rad/s^2]; `exact` as in
+    `predict_blocks`.
     """
     samples, unknowns, late = problem.valid.shape[0], moving.shape[0], bool(problem.delayed)
     if problem.motion is not None:
         return problem.motion, jnp.zeros((samples, 3 if late else 2, 3, unknowns), dtype=moving.dtype)
     spacecraft = linear.moved(problem.model, jnp.zeros_like(moving[len(STATE) :])).spacecraft
-    if spacecraft.hysteresis_rods is not None:
-        return _motion_with_rods(problem, linear, moving, reference, blocks)
+    if exact or spacecraft.hysteresis_rods is not None:
+        # Where a rod turns back, slopes jump.
+        return _motion_by_tangents(problem, linear, moving, reference, blocks)
 
     def attitude(turn):
         return quaternion.multiply(reference, quaternion.from_rotation_vector(turn))
@@ -191,8 +196,8 @@ def motion_of(
     return Motion(states.quaternion, states.angular_velocity, acceleration), jnp.stack(columns, axis=1)
 
 
-def _motion_with_rods(problem, linear, moving, reference, blocks):
-    """`motion_of` by derivatives of each step, whatever it is made of: where a rod turns back, slopes jump."""
+def _motion_by_tangents(problem, linear, moving, reference, blocks):
+    """`motion_of` by derivatives of each step, whatever it is made of."""
     late, start = bool(problem.delayed), jax.tree.map(lambda leaf: jnp.asarray(leaf)[0], problem.orbit)
     at_samples = jax.tree.map(lambda leaf: jnp.asarray(leaf)[problem.grid.sample_node], problem.orbit)
 
