@@ -27,7 +27,7 @@ from fitting.starts.multi_start import Progress, Starts, compile_solvers
 from fitting.starts.search import Search, seen_rate
 from fitting.starts.sights import sights_of
 from fitting.starts.silent import silent_panels
-from fitting.starts.stretches import longest_stretch
+from fitting.starts.stretches import longest_stretch, searched_samples
 from jaxsat.errors import InputError
 from jaxsat.integrators import RK4, step_for
 from jaxsat.satellites.model import Model
@@ -101,8 +101,15 @@ def identify(
     span = max(float(samples.t[fitted - 1] - samples.t[0]), 1.0)
     whole_span = max(float(np.ptp(samples.t)), 1.0)
     build = partial(build_problem, model=model, around=around, whole=samples, delayed=delayed)
-    # The sky first, on the coarsest grid: sights need no motion.
-    first = build(samples, max_step=settings.step_s, room_for=settings.step_s)
+
+    def steps_for(fastest: float) -> tuple[float, float]:
+        """Longest step while arcs grow, and the shortest at the end, for motions of so many rad/s."""
+        step = min(settings.step_s, step_for(RK4, fastest, span, COARSE_TOLERANCE))
+        return step, min(step, step_for(RK4, 1.3 * fastest + 1e-3, whole_span, FINE_TOLERANCE))
+
+    # The sky first: sights need no motion. In the shape that a motion as fast as is likely will have.
+    fastest = float(np.radians(settings.max_rate_deg_s))
+    first = build(samples, max_step=settings.step_s, room_for=steps_for(fastest)[1])
     check_field(first, samples)
     check_sunlit(first, {name: channel.witness for name, channel in samples.channels.items()}, FIRST_ARC)
     seeing = samples.part(slice(fitted))
@@ -115,28 +122,37 @@ def identify(
     begin = longest_stretch(samples.t, mask) if samples.given is None else 0
     placed = None if guess is None else place(guess, samples, begin, fitted, telling)
     begin = begin if placed is None else placed.sample
-    fastest = max(seen_rate(sights), float(np.radians(settings.max_rate_deg_s)))
+    fastest = max(seen_rate(sights), fastest)
     if placed is not None:
         fastest = max(fastest, 1.3 * float(np.linalg.norm(placed.rate)))
-    step = min(settings.step_s, step_for(RK4, fastest, span, COARSE_TOLERANCE))
-    finest = min(step, step_for(RK4, 1.3 * fastest + 1e-3, whole_span, FINE_TOLERANCE))
-    part, seeing = samples.part(slice(begin, None)), seeing.part(slice(begin, None))
+    step, finest = steps_for(fastest)
     build = partial(build, room_for=finest, sky=first.sky)
-    coarse = build(part, max_step=step)
+    kept = searched_samples(samples, begin, fastest)
+    thinned, fitted_of_kept = len(kept) < len(samples.t) - begin, int(np.searchsorted(kept, fitted))
+    part, seeing = samples.part(kept), samples.part(kept[:fitted_of_kept])
+    # Where the last rounds have another shape anyway, there is no room for their steps in that of the search.
+    of_search = partial(build_problem, part, model, around, delayed=delayed, room_for=step)
+    search_build = of_search if thinned else partial(build, part)
+    coarse = search_build(max_step=step)
+    whole = build(samples, max_step=step) if thinned else coarse
     tabulated = time.perf_counter()
     progress("compiling", 0, 1)
     compilations = compile_solvers(coarse, parameters, settings.solver)
+    if thinned:
+        # For the last rounds, of which the search knows nothing.
+        compile_solvers(whole, parameters, settings.solver)
     # What looks at the minimum is traced while XLA, which needs no Python, is at work on the solver.
-    threading.Thread(target=prepare_look, args=(coarse, parameters), daemon=True).start()
+    threading.Thread(target=prepare_look, args=(whole, parameters), daemon=True).start()
     for compilation in compilations:
         if compilation is not None:
             compilation.result()
     compiled = time.perf_counter()
 
     use = usable(coarse, part)
-    use[fitted - begin :] = 0.0
+    use[fitted_of_kept:] = 0.0
     silent, seen = silent_panels(seeing, model, parameters), directed_samples(sights)
-    search = Search(coarse, seeing, silent, seen[seen >= begin] - begin, use, fastest, parameters, settings, progress)
+    telling = np.flatnonzero(np.isin(kept, seen))
+    search = Search(coarse, seeing, silent, telling, use, fastest, parameters, settings, progress)
 
     def weight_of(problem: Problem) -> np.ndarray:
         weight = usable(problem, samples)
@@ -185,7 +201,7 @@ def identify(
         # The model may be wrong; or a nearly chaotic motion needs shorter steps than its rate tells; or the way from
         # the first arc to the last is narrow, and too few starts were on it.
         shorter = max(min(step, step_for(RK4, fastest, span, SHORTER * COARSE_TOLERANCE)), finest)
-        search = replace(search, problem=build(part, max_step=shorter))
+        search = replace(search, problem=search_build(max_step=shorter))
         for effort in (1, HARDER) if shorter < MUCH_SHORTER * step else (HARDER,):
             again = best_of(search.blind(found, effort)[0], hasty=True)
             best += again

@@ -14,24 +14,53 @@ import logging
 import os
 import pickle
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager, nullcontext
+from contextvars import ContextVar
 from functools import cache
 from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
 import jax.export
 import numpy as np
 
-from jaxsat.math.one_function import NO_LIBRARIES
+from jaxsat.math.one_function import NO_LIBRARIES, REFUSED, in_one_function, whole_or_usual
 
+R = TypeVar("R")
 DIGEST_BYTES = 32
+MANY_NUMBERS = 300_000
+"""In the arguments of a program, as of a thousand samples of a few sensors: what it does is worth to be fast."""
 _log = logging.getLogger(__name__)
 _compiler = ThreadPoolExecutor(2, thread_name_prefix="compile")
+
+
+Within = Callable[[Callable[..., Any]], Callable[..., Any]]
+_within: ContextVar[Within] = ContextVar("within", default=lambda part: part)
+"""What is made of the parts of a program that is traced."""
+
+
+def part_of(function: Callable[..., R]) -> Callable[..., R]:
+    """`function`, as one function of machine code in the programs that are compiled so (`in_parts`).
+
+    For the loops of a motion and of its readings, whose small operations cost less than to hand them to XLA's threads.
+    Two such parts take a third of the time to compile that one of both would take, and are compiled side by side.
+    """
+    return _within.get()(function)
+
+
+@contextmanager
+def in_parts(within: Within = in_one_function) -> Iterator[None]:
+    """What is traced meanwhile has its parts made by `within`."""
+    before = _within.set(within)
+    try:
+        yield
+    finally:
+        _within.reset(before)
 
 
 class Stored:
@@ -41,11 +70,17 @@ class Stored:
     are static. Every leaf of the result is an array.
     """
 
-    def __init__(self, function: Callable[..., Any], *, seldom: bool = False):
-        """`seldom` says that it runs a few times only, so that a fast program is not worth the compiler's time."""
+    def __init__(self, function: Callable[..., Any], *, seldom: bool = False, quick: bool = False, parts: bool = False):
+        """`seldom` says that it runs a few times only, so that a fast program is not worth the compiler's time; `quick`
+        that for arguments of fewer than `MANY_NUMBERS` one a fifth slower is good enough, compiled in two thirds of it.
+
+        Of a program with `parts` each of what it calls `part_of` is one function of machine code, where XLA can be told
+        to.
+        """
         self._function = function
-        self._seldom = seldom
-        self._plain = eqx.filter_jit(function)
+        self._seldom, self._quick = seldom, quick
+        self._parts = parts
+        self._plain = whole_or_usual(self._within) if parts else eqx.filter_jit(function)
         self._programs: dict[str, tuple[Future, Any]] = {}
         self._lock = threading.Lock()
 
@@ -57,6 +92,10 @@ class Stored:
         (program, structure), leaves = self._program(directory, arguments)
         return jax.tree.unflatten(structure, program.result()(*leaves))
 
+    def _within(self, within: Within, *arguments: Any) -> Any:
+        with in_parts(within):
+            return self._function(*arguments)
+
     def compile(self, *arguments: Any) -> Future | None:
         """Traces for such arguments now and compiles in the background; without a directory, does nothing."""
         directory = _directory()
@@ -66,7 +105,8 @@ class Stored:
         dynamic, static = eqx.partition(arguments, lambda leaf: isinstance(leaf, jax.Array | np.ndarray))
         leaves, structure = jax.tree.flatten(dynamic)
         shapes = [(leaf.shape, str(leaf.dtype)) for leaf in leaves]
-        text = repr((self._function.__qualname__, _surroundings(), structure, jax.tree.leaves(static), shapes))
+        how = self._parts and in_one_function(self._function) is not self._function
+        text = repr((self._function.__qualname__, how, _surroundings(), structure, jax.tree.leaves(static), shapes))
         name = f"{self._function.__name__}-{hashlib.sha256(text.encode()).hexdigest()[:32]}"
         with self._lock:
             self._start(name, directory, structure, static, leaves)
@@ -80,10 +120,21 @@ class Stored:
                 return self._function(*eqx.combine(jax.tree.unflatten(structure, leaves), static))
 
             path = directory / f"{name}.stablehlo"
-            exported, empty = _load(path) or _trace(flat, leaves, path)
+            exported, empty = _load(path) or _trace(flat, leaves, path, self._parts)
+
+            def usual():
+                # Where XLA refuses one function: from then on the file holds the program as usual.
+                return jax.jit(_trace(flat, leaves, path, False)[0].call).lower(*leaves)
+
             # Tracing and lowering hold Python's lock and gain nothing from a second thread; XLA releases it.
-            compiled = _compiler.submit(_compile, jax.jit(exported.call).lower(*leaves), self._seldom)
-            self._programs[name] = compiled, jax.tree.structure(empty)
+            lowered = jax.jit(exported.call).lower(*leaves)
+            program = _compiler.submit(_compile, lowered, self._level(leaves), usual if self._parts else None)
+            self._programs[name] = program, jax.tree.structure(empty)
+
+    def _level(self, leaves: list) -> int | None:
+        """Of XLA's optimisation; None for its own choice."""
+        quick = self._quick and sum(np.size(leaf) for leaf in leaves) < MANY_NUMBERS
+        return 0 if self._seldom else 1 if quick else None
 
 
 def _directory() -> Path | None:
@@ -107,7 +158,7 @@ def _load(path: Path) -> tuple[jax.export.Exported, Any] | None:
     return jax.export.deserialize(bytearray(program)), empty
 
 
-def _trace(function: Callable, leaves: list, path: Path) -> tuple[jax.export.Exported, Any]:
+def _trace(function: Callable, leaves: list, path: Path, parts: bool) -> tuple[jax.export.Exported, Any]:
     structure: Any = None
 
     def flat(*leaves):
@@ -115,7 +166,8 @@ def _trace(function: Callable, leaves: list, path: Path) -> tuple[jax.export.Exp
         found, structure = jax.tree.flatten(function(*leaves))
         return found
 
-    exported = jax.export.export(jax.jit(flat))(*leaves)
+    with in_parts() if parts else nullcontext():
+        exported = jax.export.export(jax.jit(flat))(*leaves)
     empty = jax.tree.unflatten(structure, [0.0] * structure.num_leaves)
     unfinished = path.with_suffix(f".{os.getpid()}")
     rest = pickle.dumps((bytes(exported.serialize()), empty))
@@ -127,13 +179,23 @@ def _trace(function: Callable, leaves: list, path: Path) -> tuple[jax.export.Exp
     return exported, empty
 
 
-def _compile(lowered: Any, seldom: bool) -> Any:
+def _compile(lowered: Any, level: int | None, usual: Callable[[], Any] | None) -> Any:
+    """`lowered`, or what `usual` lowers where XLA refuses that."""
+    try:
+        return _compiled(lowered, level)
+    except jax.errors.JaxRuntimeError as error:
+        if usual is None or not any(words in str(error) for words in REFUSED):
+            raise
+        return _compiled(usual(), level)
+
+
+def _compiled(lowered: Any, level: int | None) -> Any:
     if jax.default_backend() == "cpu":
         # XLA's older code generator for CPUs takes two thirds of the time, and makes programs as fast.
         options = {
             "xla_cpu_use_fusion_emitters": False,
             **NO_LIBRARIES,
-            **({"xla_backend_optimization_level": 0} if seldom else {}),
+            **({} if level is None else {"xla_backend_optimization_level": level}),
         }
         try:
             return lowered.compile(compiler_options=options)

@@ -81,7 +81,7 @@ class Figure:
 
 
 SPEED, FIT = "docs/speed.md", "docs/peers.md"
-LM = "local/name=ours, LM, one start alone"
+LM = "local/name=ours, LM"
 FIGURES = (
     Figure("10 000 attitudes; heyoka as documented", "s", "integrators", "job/jaxsat/best_s",
            ("heyoka", "job/heyoka_library/best_s"), SPEED),

@@ -24,7 +24,7 @@ from fitting.parameters.free import FreeParameters
 from fitting.parameters.names import STATE
 from fitting.settings import FitSettings
 from fitting.solvers.refine import Refined, refine
-from fitting.starts.multi_start import CHUNK, Starts
+from fitting.starts.multi_start import FEW, Starts
 from fitting.starts.search import seen_rate
 from fitting.starts.sights import sights_of
 from jaxsat.given import Given
@@ -81,9 +81,9 @@ class Bench:
 
     @cached_property
     def starts(self) -> Starts:
-        """The best minima, as many as one call of the solver takes."""
+        """The few best minima."""
         points = self.found.minima[0].refined.points
-        x, reference = (np.asarray(leaf)[:CHUNK] for leaf in (points.x, points.reference))
+        x, reference = (np.asarray(leaf)[:FEW] for leaf in (points.x, points.reference))
         return Starts(x, reference, np.zeros(len(x)))
 
     def values_at(self, x: np.ndarray) -> np.ndarray:

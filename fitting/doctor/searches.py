@@ -15,7 +15,7 @@ from fitting.starts.carry import carried_back
 from fitting.starts.conventions import Convention
 from fitting.starts.growing import Run, grow
 from fitting.starts.ladder import directed_samples, first_guesses, telling_samples
-from fitting.starts.multi_start import CHUNK, Starts
+from fitting.starts.multi_start import FEW, Starts
 from fitting.starts.sights import sights_of
 from fitting.starts.stretches import longest_stretch
 from jaxsat.errors import InputError
@@ -91,8 +91,8 @@ def anew(
 
 
 def first(starts: Starts) -> Starts:
-    """As many of the best as one call of the solver takes."""
-    return starts.take(np.arange(min(CHUNK, len(starts.cost))))
+    """A few of the best."""
+    return starts.take(np.arange(min(FEW, len(starts.cost))))
 
 
 def along(

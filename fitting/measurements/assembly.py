@@ -60,8 +60,8 @@ class Samples:
             values[name] = rows
         return Samples(t, values, channels, epoch, columns, given)
 
-    def part(self, which: slice) -> "Samples":
-        """Samples that follow each other, by their numbers."""
+    def part(self, which: slice | np.ndarray) -> "Samples":
+        """Some of the samples, in their order, by their numbers."""
         return replace(self, t=self.t[which], values={name: rows[which] for name, rows in self.values.items()})
 
 
@@ -120,12 +120,16 @@ def build_problem(
     grid = StepGrid.through(t, start=t[0], max_step=max_step, stops=stops, pad_samples=pad_samples, pad_steps=pad_steps)
     extra = len(grid.sample_index) - len(t)
     padded_t = np.pad(t, (0, extra), mode="edge")
-    around_samples = _sky_of(samples, model, around, padded_t) if sky is None else _sky_since(sky, t_whole, padded_t)
+    of_sky = _of_sky(samples, model, around, padded_t)
+    if sky is None:
+        # Compiled while what follows is traced, compiled and done.
+        sky_at.compile(*of_sky)
     nodes = np.asarray(grid.node_times)
     node_sun = around.sun_eci(samples.epoch, nodes) if around.pushed else None
     orbit = nodes_at(around, nodes, node_sun)
     if commands is not None:
         orbit = replace(orbit, commands=commands(nodes))
+    around_samples = sky_at(*of_sky) if sky is None else _sky_since(sky, t_whole, padded_t)
     groups = groups_of(model, samples)
     measured = {name: np.pad(np.nan_to_num(rows), ((0, extra), (0, 0))) for name, rows in samples.values.items()}
     known = np.pad(np.hstack([_known(samples.values[group.name], group) for group in groups]), ((0, extra), (0, 0)))
@@ -147,11 +151,11 @@ def build_problem(
     )
 
 
-def _sky_of(samples: Samples, model: Model, around: Around, t: np.ndarray) -> Sky:
-    """The sky at the samples' padded times."""
+def _of_sky(samples: Samples, model: Model, around: Around, t: np.ndarray) -> tuple:
+    """What the sky at the samples' padded times is made of."""
     lit = any("light" in sensor.needs for sensor in model.sensors.values())
     columns = {name: np.interp(t, *pair) for name, pair in samples.columns.items()}
-    return sky_at(around, t, around.sun_eci(samples.epoch, t) if lit else None, columns)
+    return around, t, around.sun_eci(samples.epoch, t) if lit else None, columns
 
 
 def _sky_since(sky: Sky, t_whole: np.ndarray, t: np.ndarray) -> Sky:

@@ -12,8 +12,10 @@ from jaxtyping import Array, Bool, Float, Int
 from fitting.measurements.abstract import RATE_UNIT, AbstractProblem, Prediction, Visit, small_turns
 from fitting.measurements.groups import Groups
 from fitting.measurements.sky import Sky
+from fitting.measurements.variational import Equations, Tangent, motion_and_columns
 from fitting.parameters.names import STATE
 from fitting.parameters.tree import FreeLeaves
+from fitting.stored import part_of
 from jaxsat.dynamics import AttitudeState, derivative, rigid_body
 from jaxsat.environment import OrbitTable
 from jaxsat.integrators import StepGrid
@@ -91,10 +93,15 @@ class Problem(AbstractProblem):
         *,
         visit: Visit,
         carry: Any,
+        exact: bool = False,
     ) -> tuple[Prediction, Any]:
-        linear = linear_about(parameters, x[len(STATE) :])
         moving, seeing = jnp.split(x, [len(STATE) + parameters.moving])
-        motion, slopes = motion_of(self, linear, moving, reference, blocks)
+
+        def moved(x, reference, blocks):
+            linear = linear_about(parameters, x[len(STATE) :])
+            return linear, *motion_of(self, linear, moving, reference, blocks, exact=exact)
+
+        linear, motion, slopes = part_of(moved)(x, reference, blocks)
         inputs = (motion, slopes, self.sky, self.measured, self.known)
         whitened = jax.vmap(lambda *sample: whitened_sample(self, linear, seeing, *sample))
         residual, carry = self.over_arc(whitened, inputs, blocks, visit, carry)
@@ -151,16 +158,48 @@ def motion_of(
     moving: Float[Array, " moving"],
     reference: Float[Array, "4"],
     blocks: Int[Array | np.ndarray, ""],
+    *,
+    exact: bool = True,
 ) -> tuple[Motion, Float[Array, "samples kinds 3 moving"]]:
     """The motion, and what a unit of each unknown of motion does to it at each sample.
 
-    Turn [rad], change of rate [rad/s] and, where stamps may be late, of acceleration [rad/s^2].
+    Turn [rad], change of rate [rad/s] and, where stamps may be late, of acceleration [rad/s^2]; `exact` as in
+    `predict_blocks`.
     """
     samples, unknowns, late = problem.valid.shape[0], moving.shape[0], bool(problem.delayed)
     if problem.motion is not None:
         return problem.motion, jnp.zeros((samples, 3 if late else 2, 3, unknowns), dtype=moving.dtype)
+    spacecraft = linear.moved(problem.model, jnp.zeros_like(moving[len(STATE) :])).spacecraft
+    if exact or spacecraft.hysteresis_rods is not None:
+        # Where a rod turns back, slopes jump.
+        return _motion_by_tangents(problem, linear, moving, reference, blocks)
+
+    def attitude(turn):
+        return quaternion.multiply(reference, quaternion.from_rotation_vector(turn))
+
+    def body(shift):
+        return rigid_body(linear.moved(problem.model, shift).spacecraft)
+
+    q, none = attitude(moving[:3]), jnp.zeros_like(moving[len(STATE) :])
+    turns = small_turns(q[None], jax.jacfwd(attitude)(moving[:3])[None])[0]
+    columns = (
+        jnp.pad(turns, ((0, 0), (0, unknowns - 3))),
+        jnp.pad(RATE_UNIT * jnp.eye(3, dtype=moving.dtype), ((0, 0), (3, unknowns - 6))),
+    )
+    equations, initial = Equations.of(body, none, len(STATE)), AttitudeState(q, moving[3:6] * RATE_UNIT)
+    states, columns = motion_and_columns(equations, initial, columns, problem.orbit, problem.grid, blocks)
+    acceleration = jnp.zeros_like(states.angular_velocity)
+    if late:
+        at_samples = jax.tree.map(lambda leaf: jnp.asarray(leaf)[problem.grid.sample_node], problem.orbit)
+        acceleration, tangents = jax.vmap(equations.at)(states, at_samples)
+        columns = (*columns, jax.vmap(Tangent.accelerations)(tangents, *columns))
+    return Motion(states.quaternion, states.angular_velocity, acceleration), jnp.stack(columns, axis=1)
+
+
+def _motion_by_tangents(problem, linear, moving, reference, blocks):
+    """`motion_of` by derivatives of each step, whatever it is made of."""
+    late, start = bool(problem.delayed), jax.tree.map(lambda leaf: jnp.asarray(leaf)[0], problem.orbit)
     at_samples = jax.tree.map(lambda leaf: jnp.asarray(leaf)[problem.grid.sample_node], problem.orbit)
-    start = jax.tree.map(lambda leaf: jnp.asarray(leaf)[0], problem.orbit)
 
     def motion(unknowns):
         spacecraft = linear.moved(problem.model, unknowns[len(STATE) :] - moving[len(STATE) :]).spacecraft

@@ -147,5 +147,5 @@ def _table_of(around, times, field_rate, sun_eci=None):
     )
 
 
-sky_at = Stored(_sky)
-nodes_at = Stored(_nodes)
+sky_at = Stored(_sky, quick=True)
+nodes_at = Stored(_nodes, quick=True)

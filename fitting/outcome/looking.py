@@ -28,6 +28,7 @@ def _look(
 ) -> tuple[Array, ...]:
     """Residuals with their whole Jacobian, the motion with its own, and the leaves with theirs."""
     prediction, jacobian = problem.predict(parameters, x, reference, blocks)
+    assert prediction.rotation_jacobian is not None
     x_model = x[len(STATE) :]
     return (
         prediction.residual,

@@ -6,6 +6,7 @@ whole arc. BlackJAX is an extra: `pip install blackjax`.
 
 import dataclasses
 import importlib
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,18 +17,24 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Key
 
 from fitting.fitted import Fit
-from fitting.measurements.abstract import RATE_UNIT, AbstractProblem
+from fitting.measurements.abstract import PAD_SAMPLES, RATE_UNIT, AbstractProblem
 from fitting.outcome.uncertainty import covariance
 from fitting.parameters.free import FreeLeaves, FreeParameters
 from fitting.parameters.names import STATE
 from fitting.parameters.quoted import quoted_names, quoted_units
-from fitting.solvers.least_squares import Settings, normal_equations, priors
+from fitting.solvers.least_squares import Settings, counted, priors
 from fitting.solvers.refine import LIKELIHOODS, PLAIN, Refined
 from fitting.starts.multi_start import NONE
+from fitting.stored import Within, in_parts
 from jaxsat.errors import InputError
+from jaxsat.math.one_function import whole_or_usual
 
 FIRST_STEP, ACCEPTANCE = 0.5, 0.8
 """Step of the whitened unknowns [sigma] that the warm-up begins with, and the acceptance that it aims at."""
+PIECE = 20
+"""Draws in one call of the compiled program."""
+OPTIONS = {"xla_cpu_use_fusion_emitters": False}
+"""As in `fitting.stored`: XLA's older code generator compiles faster."""
 MAX_DOUBLINGS = 6
 """At most 63 evaluations a draw; a whitened posterior near a normal one takes three to seven."""
 
@@ -82,18 +89,21 @@ class Target(eqx.Module):
 
     def cost_and_gradient(self, u: Float[Array, " white"]) -> tuple[Float[Array, ""], Float[Array, " white"]]:
         """Cost, half of chi2 with the priors, and its gradient; the cost is infinite beyond a bound."""
-        x = self.unknowns(u)
-        reference = jnp.asarray(self.reference)
-        prediction, jacobian = self.problem.predict(self.parameters, x, reference, self.settings.blocks)
-        data = normal_equations(
-            prediction.residual,
-            jacobian,
-            jnp.asarray(self.weight),
-            self.settings,
-            jnp.asarray(self.problem.floor),
-            self.problem.groups,
+        x, reference = self.unknowns(u), jnp.asarray(self.reference)
+
+        def add(sums, new, begin):
+            residual, jacobian = new
+            leaves = (jnp.asarray(self.weight), jnp.asarray(self.problem.floor))
+            weight, floor = (jax.lax.dynamic_slice_in_dim(leaf, begin, PAD_SAMPLES) for leaf in leaves)
+            cost, slope, _ = counted(residual, weight, self.settings, floor, self.problem.groups)
+            # A sum that is written out is not handed to a library.
+            of_samples = jnp.sum(jnp.sum(slope[..., None] * jacobian, axis=0), axis=0)
+            return sums[0] + cost, sums[1] + of_samples
+
+        prior, pull, _ = priors(x)
+        _, (cost, gradient) = self.problem.predict_blocks(
+            self.parameters, x, reference, self.settings.blocks, visit=add, carry=(prior, pull)
         )
-        cost, gradient, _ = jax.tree.map(jnp.add, data, priors(x))
         inside = self.inside(u)
         return jnp.where(inside, cost, jnp.inf), jnp.where(inside, jnp.asarray(self.factor).T @ gradient, 0.0)
 
@@ -145,9 +155,9 @@ def draw_from(
         x = target.x + starts @ target.factor.T
         outside = np.any((x < target.bounds[0]) | (x > target.bounds[1]), axis=1)
         starts = np.where(outside[:, None], 0.5 * starts, starts)
-    run = eqx.filter_jit(_run)
-    keys = jax.random.split(key_chains, chains)
-    physical, diverged, acceptance = run(sampler, target, keys, jnp.asarray(starts), warmup, draws)
+    physical, diverged, acceptance = _drawn(
+        sampler, target, jax.random.split(key_chains, chains), starts, warmup, draws
+    )
     numbers, all_names = _free_numbers(parameters), quoted_names(parameters)
     unit = np.concatenate([np.full(len(STATE), np.degrees(1.0)), [leaf.to_unit for leaf in parameters.leaves]])
     samples = np.asarray(physical)[..., numbers] * unit[numbers]
@@ -214,35 +224,69 @@ def _without_padding(parameters: FreeParameters) -> FreeLeaves:
     return dataclasses.replace(tree, tangent=tangent, moving=int(there[: tree.moving].sum()))
 
 
-def _run(
-    sampler, target: Target, keys: Key[Array, " chains"], starts: Float[Array, "chains white"], warmup: int, draws: int
-):
+def _drawn(
+    sampler,
+    target: Target,
+    keys: Key[Array, " chains"],
+    starts: Float[np.ndarray, "chains white"],
+    warmup: int,
+    draws: int,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Physical draws, divergences and acceptances, all [chains draws ...].
 
-    The unknowns are white already, so the warm-up has only the step to find (dual averaging).
+    Each chain runs by itself, a few draws a call: side by side all would wait for the longest trajectory of a draw.
     """
-    kernel = sampler.nuts.build_kernel()
-    begin, learn, learnt = importlib.import_module("blackjax.adaptation.step_size").dual_averaging_adaptation(
-        ACCEPTANCE
-    )
-    metric = jnp.ones(starts.shape[1])
 
     def chain(key, start):
-        # Warm-up and draws share one loop, for the integration stands in the compiled program at every use of a kernel.
-        def draw(carry, number_and_key):
-            (state, steps), (number, key) = carry, number_and_key
-            warming = number < warmup
-            size = jnp.where(warming, jnp.exp(steps.log_step_size), learnt(steps))
-            state, info = kernel(key, state, target.log_density, size, metric, MAX_DOUBLINGS)
-            learned = learn(steps, info.acceptance_rate)
-            steps = jax.tree.map(lambda new, old: jnp.where(warming, new, old), learned, steps)
-            return (state, steps), (target.physical(state.position), info.is_divergent, info.acceptance_rate)
+        carry, found = _begun(sampler, target, start), []
+        every = jax.random.split(key, -(-(warmup + draws) // PIECE) * PIECE)
+        for first in range(0, warmup + draws, PIECE):
+            warming = np.arange(first, first + PIECE) < warmup
+            carry, new = _gone_on(sampler, target, carry, every[first : first + PIECE], warming)
+            found.append(jax.device_get(new))
+        return jax.tree.map(lambda *parts: np.concatenate(parts)[warmup : warmup + draws], *found)
 
-        numbered = (jnp.arange(warmup + draws), jax.random.split(key, warmup + draws))
-        carry = (sampler.nuts.init(start, target.log_density), begin(FIRST_STEP))
-        return jax.tree.map(lambda leaf: leaf[warmup:], jax.lax.scan(draw, carry, numbered)[1])
+    # The first one alone, for which XLA compiles.
+    one = chain(keys[0], jnp.asarray(starts[0]))
+    with ThreadPoolExecutor(2) as pool:
+        others = list(pool.map(chain, keys[1:], jnp.asarray(starts[1:])))
+    return jax.tree.map(lambda *chains: np.stack(chains), one, *others)
 
-    return jax.vmap(chain)(keys, starts)
+
+def _adaptation():
+    """Dual averaging of the step: how it begins, learns and ends."""
+    module = importlib.import_module("blackjax.adaptation.step_size")
+    return module.dual_averaging_adaptation(ACCEPTANCE)
+
+
+def _go_on(within: Within, sampler, target: Target, carry, keys: Key[Array, " draws"], warming: Bool[Array, " draws"]):
+    """A chain after so many draws more, and what was drawn.
+
+    The unknowns are white already, so the warm-up has only the step to find (dual averaging). Warm-up and draws share
+    one loop, for the integration stands in the compiled program at every use of a kernel.
+    """
+    kernel, (_, learn, learnt) = sampler.nuts.build_kernel(), _adaptation()
+    metric = jnp.ones(target.factor.shape[1])
+
+    def draw(carry, key_and_warming):
+        (state, steps), (key, warming) = carry, key_and_warming
+        size = jnp.where(warming, jnp.exp(steps.log_step_size), learnt(steps))
+        state, info = kernel(key, state, target.log_density, size, metric, MAX_DOUBLINGS)
+        learned = learn(steps, info.acceptance_rate)
+        steps = jax.tree.map(lambda new, old: jnp.where(warming, new, old), learned, steps)
+        return (state, steps), (target.physical(state.position), info.is_divergent, info.acceptance_rate)
+
+    with in_parts(within):
+        return jax.lax.scan(draw, carry, (keys, warming))
+
+
+def _begin(within: Within, sampler, target: Target, start: Float[Array, " white"]):
+    """Where a chain begins."""
+    with in_parts(within):
+        return sampler.nuts.init(start, target.log_density), _adaptation()[0](FIRST_STEP)
+
+
+_gone_on, _begun = whole_or_usual(_go_on, OPTIONS), whole_or_usual(_begin, OPTIONS)
 
 
 def load_blackjax() -> Any:

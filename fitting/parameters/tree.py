@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from fitting.parameters.transforms import dipole_from_polar, physical_inertia, polar_from_dipole
+from jaxsat.math import entries_at, with_entries
 from jaxsat.satellites.model import INERTIA_PLACE, MAGNET_PLACE, POLAR_PLACE, Spot
 
 
@@ -56,8 +57,9 @@ class FreeLeaves(eqx.Module):
             index = np.array(gauge.leaves)
             held = jnp.asarray(self.gauge_on)[number] > 0.0
             # A size of zero is divided by where nothing is held.
-            share = gauge.size(jnp.asarray(self.nominal)[index]) / jnp.where(held, gauge.size(found[index]), 1.0)
-            found = found.at[index].set(found[index] * jnp.where(held, share, 1.0))
+            own, nominal = entries_at(found, index), entries_at(jnp.asarray(self.nominal), index)
+            share = gauge.size(nominal) / jnp.where(held, gauge.size(own), 1.0)
+            found = with_entries(found, index, own * jnp.where(held, share, 1.0))
             length_held = held if gauge.name == "magnet" else length_held
         return self._restated(found, length_held)
 
@@ -65,25 +67,26 @@ class FreeLeaves(eqx.Module):
         index = self._at(INERTIA_PLACE)
         if len(index) != 6:
             return found
-        body = physical_inertia(jnp.asarray(self.inertia_root), jnp.asarray(self.inertia_root_inverse), shift[index])
-        return found.at[index].set(jnp.where(jnp.asarray(self.keeps_body) > 0.0, body, found[index]))
+        root, inverse = jnp.asarray(self.inertia_root), jnp.asarray(self.inertia_root_inverse)
+        body, own = physical_inertia(root, inverse, entries_at(shift, index)), entries_at(found, index)
+        return with_entries(found, index, jnp.where(jnp.asarray(self.keeps_body) > 0.0, body, own))
 
     def _dipole_moved(self, found: Float[Array, " leaves"]) -> Float[Array, " leaves"]:
         magnet, polar = self._at(MAGNET_PLACE), self._at(POLAR_PLACE)
         if len(polar) != 3:
             return found
-        moved = dipole_from_polar(found[polar])
-        return found.at[magnet].set(jnp.where(jnp.asarray(self.by_angles) > 0.0, moved, found[magnet]))
+        moved, own = dipole_from_polar(entries_at(found, polar)), entries_at(found, magnet)
+        return with_entries(found, magnet, jnp.where(jnp.asarray(self.by_angles) > 0.0, moved, own))
 
     def _restated(self, found: Float[Array, " leaves"], length_held: Bool[Array, ""]) -> Float[Array, " leaves"]:
         """With modulus and angles of the dipole that the components have become."""
         magnet, polar = self._at(MAGNET_PLACE), self._at(POLAR_PLACE)
         if len(polar) != 3:
             return found
-        restated = polar_from_dipole(found[magnet])
+        restated = polar_from_dipole(entries_at(found, magnet))
         # Held by definition: no rounding shall pass for a slope.
         length = jnp.where(length_held, jax.lax.stop_gradient(restated[0]), restated[0])
-        return found.at[polar].set(restated.at[0].set(length))
+        return with_entries(found, polar, jnp.concatenate([length[None], restated[1:]]))
 
     def _at(self, place: str) -> np.ndarray:
         """Numbers of the leaves of an array."""

@@ -1,1 +1,1 @@
-"""Least squares on exact Jacobians for many starts at once, and the growing arcs that lead there."""
+"""Least squares on Jacobians by the variational equations, and the growing arcs that lead there."""

@@ -1,9 +1,10 @@
-"""Levenberg-Marquardt on exact Jacobians, robust, bounded, for many starts at once.
+"""Levenberg-Marquardt on derivatives of the motion, robust, bounded.
 
 One compiled program serves every arc length, every subset of active unknowns, every mask of samples and every
 robustness: all of these are traced.
 """
 
+import dataclasses
 from typing import Any
 
 import equinox as eqx
@@ -25,8 +26,13 @@ FINISHED_DECREMENT = 1e-4
 TINY_DAMPING = 1e-10
 """Only keeps the factorisation of a singular matrix finite."""
 
+ROWS = 8
+"""Rows of a Jacobian that are summed together."""
+
 FIRST_DAMPING, SHRINK, GROW = 1e-2, 0.2, 8.0
 """Relative damping of the first step, and its factors after a step that was accepted or refused."""
+AS_PROMISED, FAST_SHRINK = 0.2, 0.01
+"""Share of what a step promises by which its saving may differ, for the damping to shrink so much."""
 
 
 class Settings(eqx.Module):
@@ -91,18 +97,17 @@ def sample_loss(
     return loss, jax.nn.sigmoid(-above) * tail / (tail + square)
 
 
-def normal_equations(
+def counted(
     r: Float[Array, "samples channels"],
-    J: Float[Array, "samples channels unknowns"],
     weight: Float[Array, "samples channels"],
     settings: Settings,
     floor: Float[Array, "samples channels"],
     groups: Groups,
-) -> tuple[Float[Array, ""], Float[Array, " unknowns"], Float[Array, "unknowns unknowns"]]:
-    """Cost, gradient and Gauss-Newton matrix of some samples; `floor` is that of `Problem`.
+) -> tuple[Float[Array, ""], Float[Array, "samples channels"], Float[Array, "samples channels"]]:
+    """Cost of some samples, its slope by each residual, and the weight of the residual's own Jacobian in the matrix.
 
-    The loss of a sample is that of each group: what is wrong with its currents, as a limited charge current, is nothing
-    to its limb angles.
+    `floor` is that of `Problem`. The loss of a sample is that of each group: what is wrong with its currents, as a
+    limited charge current, is nothing to its limb angles.
     """
     scale = jnp.asarray(settings.robust_scale)
     square, slope, curvature = at_floor(r, floor)
@@ -115,9 +120,43 @@ def normal_equations(
         of_samples, of_sample = sample_loss(jnp.sum(loss[:, columns], axis=1), tail, ceiling)
         cost, weights = cost + 0.5 * jnp.sum(of_samples), [*weights, weight[:, columns] * of_sample[:, None]]
     weight = jnp.concatenate(weights, axis=1)
-    flat_j = J.reshape(-1, J.shape[-1])
-    weighted_j = (J * (weight * curvature)[..., None]).reshape(flat_j.shape)
-    return cost, flat_j.T @ (weight * slope).reshape(-1), weighted_j.T @ flat_j
+    return cost, weight * slope, weight * curvature
+
+
+def normal_equations(
+    r: Float[Array, "samples channels"],
+    J: Float[Array, "samples channels unknowns"],
+    weight: Float[Array, "samples channels"],
+    settings: Settings,
+    floor: Float[Array, "samples channels"],
+    groups: Groups,
+) -> tuple[Float[Array, ""], Float[Array, " unknowns"], Float[Array, "unknowns unknowns"]]:
+    """Cost, gradient and Gauss-Newton matrix of some samples, as `counted` does."""
+    cost, slope, curvature = counted(r, weight, settings, floor, groups)
+    return cost, *_sums(J.reshape(-1, J.shape[-1]), curvature.reshape(-1), slope.reshape(-1))
+
+
+def _sums(
+    J: Float[Array, "rows unknowns"], curvature: Float[Array, " rows"], slope: Float[Array, " rows"]
+) -> tuple[Float[Array, " unknowns"], Float[Array, "unknowns unknowns"]]:
+    """J^T slope and J^T diag(curvature) J, row by row into one matrix that stays in the first cache.
+
+    A product of matrices takes element after element of the result, each a sum that waits for its own last term.
+    """
+    short = -J.shape[0] % ROWS
+    rows = [jnp.pad(leaf, ((0, short), *((0, 0),) * (leaf.ndim - 1))) for leaf in (J, curvature, slope)]
+
+    def add(sums, rows):
+        J, curvature, slope = rows
+        gradient, hessian = sums
+        for k in range(ROWS):
+            gradient = gradient + slope[k] * J[k]
+            hessian = hessian + (curvature[k] * J[k])[:, None] * J[k][None, :]
+        return (gradient, hessian), None
+
+    unknowns = J.shape[1]
+    blank = jnp.zeros(unknowns, J.dtype), jnp.zeros((unknowns, unknowns), J.dtype)
+    return jax.lax.scan(add, blank, tuple(leaf.reshape(-1, ROWS, *leaf.shape[1:]) for leaf in rows))[0]
 
 
 def prior_information(unknowns: int) -> Float[np.ndarray, " unknowns"]:
@@ -165,14 +204,14 @@ def solve_bounded(
     return jnp.clip(point.x + steps[0], lower, upper) - point.x, jnp.where(jnp.isnan(promise), jnp.inf, promise)
 
 
-def blank_prediction(problem: AbstractProblem, unknowns: int) -> Prediction:
+def blank_prediction(problem: AbstractProblem) -> Prediction:
     """Zeros in the shape of a prediction."""
     samples = problem.valid.shape[0]
     return Prediction(
         jnp.zeros((samples, problem.channels)),
         jnp.zeros((samples, 4)),
         jnp.zeros((samples, 3)),
-        jnp.zeros((samples, 3, unknowns)),
+        None,
     )
 
 
@@ -196,7 +235,7 @@ def unevaluated(
         gradient=jnp.zeros_like(x),
         hessian=jnp.eye(x.shape[0], dtype=x.dtype),
         damping=jnp.asarray(damping, x.dtype),
-        prediction=blank_prediction(problem, x.shape[0]),
+        prediction=blank_prediction(problem),
         decrement=infinite,
     )
 
@@ -213,7 +252,7 @@ def evaluate(
     """The point reached at `x`, with the attitude part of `x` moved into the reference."""
     turn = quaternion.from_rotation_vector(x[:3])
     reference = quaternion.normalize(quaternion.multiply(reference, turn))
-    x = x.at[:3].set(0.0)
+    x = jnp.concatenate([jnp.zeros_like(x[:3]), x[3:]])
 
     def add(total, new, begin):
         residual, jacobian = new
@@ -224,6 +263,8 @@ def evaluate(
     prediction, (cost, gradient, hessian) = problem.predict_blocks(
         parameters, x, reference, settings.blocks, visit=add, carry=priors(x)
     )
+    # Large, and not wanted before the minimum is looked at.
+    prediction = dataclasses.replace(prediction, rotation_jacobian=None)
     return Point(x, reference, weight, cost, gradient, hessian, damping, prediction, jnp.full_like(cost, jnp.inf))
 
 
@@ -232,42 +273,33 @@ def levenberg_marquardt(
     parameters: Any,
     settings: Settings,
     bounds: tuple[Float[Array, " unknowns"], Float[Array, " unknowns"]],
-    x: Float[Array, "starts unknowns"],
-    reference: Float[Array, "starts 4"],
-    weight: Float[Array, "starts samples channels"],
+    x: Float[Array, " unknowns"],
+    reference: Float[Array, "4"],
+    weight: Float[Array, "samples channels"],
 ) -> Point:
-    """Minima of a few starts (Marquardt 1963; damping on the scaled diagonal, one evaluation a step).
-
-    Every leaf of the result and `settings.active` have the starts in front. The loop stands outside and the starts
-    within it, since JAX traces a loop thrice where it has to be made one of many starts.
-    """
+    """Minimum of one start (Marquardt 1963; damping on the scaled diagonal, one evaluation a step)."""
     lower, upper = bounds
 
-    def blank(x, reference, weight):
-        return unevaluated(problem, x, reference, weight, FIRST_DAMPING / SHRINK)
+    def unfinished(carry):
+        number, point = carry
+        return (number <= settings.iterations) & (point.decrement > FINISHED_DECREMENT)
 
-    def iterate(active, number, point):
-        own = eqx.tree_at(lambda s: s.active, settings, active)
-        step, decrement = solve_bounded(point, lower, upper, own)
+    def iterate(carry):
+        number, point = carry
+        step, decrement = solve_bounded(point, lower, upper, settings)
         # Clipped once more: the sum of a point and its step may miss the bound by a rounding.
         x = jnp.clip(point.x + step, lower, upper)
-        trial = evaluate(problem, parameters, own, x, point.reference, point.weight, point.damping * SHRINK)
+        trial = evaluate(problem, parameters, settings, x, point.reference, point.weight, point.damping * SHRINK)
         better = trial.cost < point.cost
+        # Where the quadratic model holds, damping has nothing left to guard against, and only slows what little is
+        # known: combinations that priors alone tell have a billionth of the others' curvature.
+        promised = -step @ (point.gradient + 0.5 * point.hessian @ step)
+        holds = jnp.abs(point.cost - trial.cost - promised) < AS_PROMISED * promised
+        trial = eqx.tree_at(lambda p: p.damping, trial, point.damping * jnp.where(holds, FAST_SHRINK, SHRINK))
         worse = eqx.tree_at(lambda p: p.damping, point, jnp.minimum(point.damping * GROW, 1e8))
         new = jax.tree.map(lambda a, b: jnp.where(better, a, b), trial, worse)
         # The decrement is that of the point just left, so a start ends one evaluation after it has settled.
-        new = eqx.tree_at(lambda p: p.decrement, new, jnp.where(number == 0, jnp.inf, decrement))
-        return jax.tree.map(lambda a, b: jnp.where(moves(point), a, b), new, point)
+        return number + 1, eqx.tree_at(lambda p: p.decrement, new, jnp.where(number == 0, jnp.inf, decrement))
 
-    def moves(point):
-        return point.decrement > FINISHED_DECREMENT
-
-    def unfinished(carry):
-        number, points = carry
-        return (number <= settings.iterations) & jnp.any(moves(points))
-
-    def advance(carry):
-        number, points = carry
-        return number + 1, jax.vmap(iterate, in_axes=(0, None, 0))(jnp.asarray(settings.active), number, points)
-
-    return jax.lax.while_loop(unfinished, advance, (jnp.zeros((), int), jax.vmap(blank)(x, reference, weight)))[1]
+    blank = unevaluated(problem, x, reference, weight, FIRST_DAMPING / SHRINK)
+    return jax.lax.while_loop(unfinished, iterate, (jnp.zeros((), int), blank))[1]

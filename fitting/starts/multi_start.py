@@ -19,9 +19,10 @@ from fitting.solvers.chunk import EVALUATIONS, solve_chunk
 from fitting.solvers.least_squares import Point, Settings
 from jaxsat.integrators import BLOCK
 
-CHUNK, LONG = 4, 20_000
-"""Starts in one call of the compiled program, and samples beyond which it is one start: four side by side no longer fit
-a core's caches and cost two and a half times as much, and few are left in a session that long."""
+CHUNK, LONG = 16, 1000
+"""Starts in one call of the compiled program, and samples beyond which it is one: their points would fill memory."""
+FEW = 4
+"""Of the best starts, where a search is tried again with something changed."""
 
 HOPELESS = (5.0, 300.0)
 """A start is given up once its cost exceeds the first times the best one's plus the second.
@@ -113,26 +114,27 @@ def rates_of(
 def _solve(problem, parameters, stage, x, reference, weight, select: Callable[[Point], Any]) -> Any:
     """What `select` takes of the minima of any number of starts.
 
-    Chunks of fixed shape, padded with copies of the first start, on two threads.
+    Chunks of fixed shape, of which only the starts that there are are solved, on two threads.
 
     `weight` is [samples channels] or [starts samples channels]; samples after the stage's arc are left out here.
     """
     count, together = len(x), _together(problem)
     inside = np.arange(weight.shape[-2]) <= stage.last_sample
     weight = np.broadcast_to(weight * inside[:, None], (count, len(inside), weight.shape[-1]))
-    order = np.concatenate([np.arange(count), np.zeros(-count % together, dtype=int)])
     active = np.broadcast_to(stage.active, x.shape)
-    settings = _settings(problem, stage)
+    settings, bounds = _settings(problem, stage), parameters.bounds()
 
     def run(part):
-        own = replace(settings, active=active[part])
-        arguments = (problem, parameters.tree, stage.solver, own, parameters.bounds())
-        return jax.device_get(select(solve_chunk(*arguments, x[part], reference[part], weight[part])))
+        padded = np.pad(part, (0, together - len(part)), mode="edge")
+        own = replace(settings, active=active[padded])
+        arguments = (problem, parameters.tree, stage.solver, own, bounds)
+        points = solve_chunk(*arguments, x[padded], reference[padded], weight[padded], np.asarray(len(part)))
+        return jax.tree.map(lambda leaf: leaf[: len(part)], jax.device_get(select(points)))
 
     # XLA runs a program of this size on one core and releases the GIL: two threads use two cores.
     with ThreadPoolExecutor(2) as pool:
-        points = list(pool.map(run, np.split(order, len(order) // together)))
-    return jax.tree.map(lambda *leaves: np.concatenate(leaves)[:count], *points)
+        points = list(pool.map(run, np.split(np.arange(count), _ends(count, together))))
+    return jax.tree.map(lambda *leaves: np.concatenate(leaves), *points)
 
 
 def compile_solvers(problem: AbstractProblem, parameters: FreeParameters, solver: str) -> list[Future | None]:
@@ -143,10 +145,17 @@ def compile_solvers(problem: AbstractProblem, parameters: FreeParameters, solver
     unknowns, samples, together = len(parameters.everything), len(problem.valid), _together(problem)
     settings = _settings(problem, Stage(0, 1, 0, 1.0, np.zeros((together, unknowns), bool)))
     starts = (np.zeros((together, unknowns)), np.zeros((together, 4)), np.zeros((together, samples, problem.channels)))
+    starts = (*starts, np.asarray(together))
     common = (settings, parameters.bounds(), *starts)
     return [
         solve_chunk.compile(problem, parameters.tree, name, *common) for name in dict.fromkeys((Stage.solver, solver))
     ]
+
+
+def _ends(count: int, together: int) -> np.ndarray:
+    """Where so many starts are parted: into equal shares for two threads, none above what one call takes."""
+    calls = min(2 * -(-count // (2 * together)), count)
+    return np.linspace(0, count, calls + 1).round().astype(int)[1:-1]
 
 
 def _together(problem: AbstractProblem) -> int:

@@ -87,7 +87,7 @@ def _chained_step(tableau: Tableau, f: Derivative, state: PyTree, h: Float[Array
     return total
 
 
-def _per_step(table: PyTree, steps: int) -> tuple[PyTree, ...]:
+def nodes_of_steps(table: PyTree, steps: int) -> tuple[PyTree, ...]:
     """For each node of a step, start to end, the table's entries at it, one for each step."""
     nodes = jax.tree.leaves(table)[0].shape[0]
     stride = (nodes - 1) // max(steps, 1)
@@ -115,7 +115,7 @@ def integrate(
     steps = lengths.shape[0]
     if steps == 0:
         return jax.tree.map(lambda a: a[None], initial)
-    inputs = (lengths, _per_step(table, steps))
+    inputs = (lengths, nodes_of_steps(table, steps))
 
     def advance(state, inputs):
         state = step(state, *inputs)
@@ -165,7 +165,7 @@ def integrate_blocks(
         place = jnp.searchsorted(kept, number)
         wanted = jnp.take(kept, place, mode="clip") == number
         # One place more for what nobody asks for: to write it there costs less than to ask.
-        inputs = (lengths, _per_step(table, lengths.shape[0]), jnp.where(wanted, place, kept.shape[0]))
+        inputs = (lengths, nodes_of_steps(table, lengths.shape[0]), jnp.where(wanted, place, kept.shape[0]))
 
         def advance(carry, inputs):
             state, states = carry

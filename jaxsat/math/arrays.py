@@ -42,3 +42,27 @@ def optional_floating(x: ArrayLike | Sequence | None) -> Float[Array, "..."] | N
 def is_known(*values: object) -> bool:
     """Whether none of them is traced, so that what it is can be asked."""
     return not any(isinstance(value, Tracer) for value in values)
+
+
+def entries_at(array: Float[Array, " n"], index: np.ndarray) -> Float[Array, " chosen"]:
+    """Entries of an array by numbers that are known beforehand: a slice, where they follow each other."""
+    index = np.asarray(index, int)
+    if len(index) and np.array_equal(index, np.arange(index[0], index[0] + len(index))):
+        return array[index[0] : index[0] + len(index)]
+    return array[index]
+
+
+def with_entries(array: Float[Array, " n"], index: np.ndarray, new: Float[Array, " chosen"]) -> Float[Array, " n"]:
+    """The array with other entries at numbers that are known beforehand.
+
+    By slices or a choice between two arrays: to write into an array, XLA's CPU goes round a loop for each entry, and
+    two more loops for its derivative.
+    """
+    index, count = np.asarray(index, int), array.shape[0]
+    if np.array_equal(index, np.arange(count)):
+        return new
+    if len(index) and np.array_equal(index, np.arange(index[0], index[0] + len(index))):
+        return jnp.concatenate([array[: index[0]], new, array[index[0] + len(index) :]])
+    place = np.zeros(count, int)
+    place[index] = np.arange(len(index))
+    return jnp.where(np.isin(np.arange(count), index), new[place], array)

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from jaxsat.math import entries_at, with_entries
 from jaxsat.sensors import Albedo
 from jaxsat.sensors.abstract import AbstractSensor
 from jaxsat.spacecraft import Spacecraft
@@ -132,4 +133,4 @@ def _entries(spots: Sequence[Spot], place: str) -> Iterator[tuple[int, int]]:
 def _filled(array: Array, pairs: list[tuple[int, int]], values: Float[Array, " spots"]) -> Array:
     places, numbers = np.array(pairs).T
     flat = jnp.asarray(array, values.dtype).reshape(-1)
-    return flat.at[places].set(values[numbers]).reshape(np.shape(array))
+    return with_entries(flat, places, entries_at(values, numbers)).reshape(np.shape(array))

@@ -42,7 +42,7 @@ def true_values(leaves, cfg: dict[str, Any], *, modulus: float | None) -> np.nda
 class TrueMinimum:
     """Problem, parameters and minimum; `free` as for a fit, `samples` of the session from its first on."""
 
-    def __init__(self, *free: str, samples: int | None = None, at_truth: bool = False):
+    def __init__(self, *free: str, samples: int | None = None, at_truth: bool = False, step_s: float = 32.0):
         """`at_truth` makes the true numbers the nominal ones, so that what is not free is right."""
         satellite = read_satellite()
         session = read_telemetry(BUNDLED, satellite)
@@ -62,7 +62,7 @@ class TrueMinimum:
             data = dataclasses.replace(whole, t=whole.t[:samples], values=cut)
         self.samples = data
         around, _ = surroundings(satellite, session)
-        self.problem = build_problem(data, model, around, delayed=(), max_step=32.0, room_for=ROOM_S, whole=whole)
+        self.problem = build_problem(data, model, around, delayed=(), max_step=step_s, room_for=ROOM_S, whole=whole)
         names = chosen_leaves(leaves, free, satellite.aliases)
         self.parameters = free_parameters(model, leaves, names, held=satellite.held)
         self.weight = usable(self.problem, data)

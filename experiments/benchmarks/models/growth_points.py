@@ -28,12 +28,12 @@ from fitting.surroundings import surroundings as session_surroundings
 from jaxsat import compiled
 from jaxsat.dynamics import AttitudeState
 from jaxsat.integrators import RK4, AdamsGrid, step_for
-from jaxsat.satellites import read_satellite
+from jaxsat.satellites import Satellite, read_satellite
 from jaxsat.simulate import simulate_many, simulate_on_grid
 from jaxsat.synthetic.twins.settings import TwinSettings
 from jaxsat.synthetic.twins.table import table_text
-from jaxsat.synthetic.twins.twin import make_twin
-from jaxsat.telemetry import read_telemetry
+from jaxsat.synthetic.twins.twin import Twin, make_twin
+from jaxsat.telemetry import TableSession, read_telemetry
 
 jax.config.update("jax_enable_x64", True)
 
@@ -137,8 +137,8 @@ def free(size: int) -> Work:
     return lambda: program(x)
 
 
-def samples(size: int) -> Work:
-    """A local fit of 18 unknowns to so many seconds of magnetometer, gyro and Sun at 1 Hz."""
+def day_of(size: int) -> tuple[Satellite, TableSession, Twin]:
+    """A satellite, and so many seconds of its magnetometer, gyro and Sun at 1 Hz with their truth."""
     with tempfile.TemporaryDirectory() as folder:
         description, table = Path(folder) / "day.sat.toml", Path(folder) / "day.csv"
         description.write_text(SATELLITE)
@@ -147,8 +147,13 @@ def samples(size: int) -> Work:
             satellite, TwinSettings(duration_s=size - 1.0, every_s=1.0, rate_deg_s=RATE_DEG_S, nominal=True, seed=3)
         )
         table.write_text(table_text(twin))
-        session = read_telemetry(table, satellite)
-        around, _ = session_surroundings(satellite, session)
+        return satellite, read_telemetry(table, satellite), twin
+
+
+def samples(size: int) -> Work:
+    """A local fit of 18 unknowns to so many seconds of magnetometer, gyro and Sun at 1 Hz."""
+    satellite, session, twin = day_of(size)
+    around, _ = session_surroundings(satellite, session)
     data = Samples.of(session.channels, session.epoch, {})
     rate = 1.3 * float(np.radians(np.linalg.norm(RATE_DEG_S)))
     step = step_for(RK4, rate, float(size), 2e-4)

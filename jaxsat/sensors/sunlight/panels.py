@@ -23,7 +23,12 @@ def axes_across(normal: Float[Array, "3"]) -> Float[Array, "2 3"]:
 
     For a panel of a box they are its `TILT_AXES`.
     """
-    two = jnp.eye(3, dtype=normal.dtype)[jnp.sort(jnp.argsort(jnp.abs(normal))[:2])]
+    size = jnp.abs(normal)
+    x, y, z = jnp.eye(3, dtype=normal.dtype)
+    # By comparisons: no sort can stand in a program of one function.
+    z_nearest = (size[2] >= size[0]) & (size[2] >= size[1])
+    x_nearest = ~z_nearest & (size[0] > size[1])
+    two = jnp.stack([jnp.where(x_nearest, y, x), jnp.where(z_nearest, y, z)])
     return two - (two @ normal)[:, None] * normal[None, :]
 
 

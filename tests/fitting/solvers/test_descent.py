@@ -52,6 +52,7 @@ class Arc:
             dataclasses.replace(settings, active=np.asarray(settings.active)[None]),
             bounds or self.parameters.bounds(),
             *(np.asarray(each)[None] for each in start),
+            np.asarray(1),
         )
         return jax.tree.map(lambda leaf: leaf[0], jax.device_get(points))
 

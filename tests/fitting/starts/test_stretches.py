@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from fitting.measurements.abstract import RATE_UNIT
+from fitting.measurements.assembly import Samples
 from fitting.starts.carry import carried_back
 from fitting.starts.growing import FIRST_ARC, arc_ends
 from fitting.starts.multi_start import Starts
-from fitting.starts.stretches import longest_stretch
+from fitting.starts.stretches import MANY, longest_stretch, searched_samples
+from jaxsat.time import Epoch
 
 
 def lit_between(t, *stretches):
@@ -27,6 +29,18 @@ def test_lost_samples_are_no_shadow():
     lit = np.ones(len(t), bool)
     lit[3:7] = False
     assert longest_stretch(t, lit) == 0
+
+
+def test_of_many_samples_each_channel_keeps_one_in_each_part_of_a_turn():
+    """At 0.05 rad/s ten seconds are half a radian; a slow channel loses none that is the only one there."""
+    t = np.arange(3.0 * MANY)
+    slow = np.where(t % 30.0 == 4.0, t, np.nan)[:, None]
+    samples = Samples(t, {"fast": t[:, None], "slow": slow}, {}, Epoch.from_utc(2020, 1, 1), {})
+    kept = searched_samples(samples, 100, 0.05)
+    fast = np.arange(100, 3 * MANY, 10)
+    np.testing.assert_array_equal(kept, np.union1d(fast, np.arange(124, 3 * MANY, 30)))
+    few = samples.part(slice(MANY))
+    np.testing.assert_array_equal(searched_samples(few, 3, 0.05), np.arange(3, MANY))
 
 
 @pytest.mark.slow
