@@ -120,7 +120,7 @@ def build_problem(
     grid = StepGrid.through(t, start=t[0], max_step=max_step, stops=stops, pad_samples=pad_samples, pad_steps=pad_steps)
     extra = len(grid.sample_index) - len(t)
     padded_t = np.pad(t, (0, extra), mode="edge")
-    around_samples = _sky_of(samples, model, around, padded_t) if sky is None else _sky_since(sky, t_whole, padded_t)
+    around_samples = sky_of(samples, model, around, padded_t) if sky is None else _sky_since(sky, t_whole, padded_t)
     nodes = np.asarray(grid.node_times)
     node_sun = around.sun_eci(samples.epoch, nodes) if around.pushed else None
     orbit = nodes_at(around, nodes, node_sun)
@@ -147,8 +147,8 @@ def build_problem(
     )
 
 
-def _sky_of(samples: Samples, model: Model, around: Around, t: np.ndarray) -> Sky:
-    """The sky at the samples' padded times."""
+def sky_of(samples: Samples, model: Model, around: Around, t: np.ndarray) -> Sky:
+    """Returns the sky at times `t` [s], with the samples' columns between their own times; of a size compiled before."""
     lit = any("light" in sensor.needs for sensor in model.sensors.values())
     columns = {name: np.interp(t, *pair) for name, pair in samples.columns.items()}
     return sky_at(around, t, around.sun_eci(samples.epoch, t) if lit else None, columns)

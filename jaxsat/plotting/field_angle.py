@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from jaxsat.plotting.style import AXIS_COLOURS, FAINT, INK, dress, new_figure, nice_ceiling, shade_shadow, time_limits
+from jaxsat.plotting.style import AXIS_COLOURS, AXIS_STYLES, FAINT, INK, dress, new_figure, nice_ceiling, shade_shadow, time_limits
 
 
 def draw_field_angle(
@@ -41,7 +41,7 @@ def draw_field_angle(
         np.maximum(angle_deg - band, 0.0),
         angle_deg + band,
         where=known.tolist(),
-        color="#3f9fd8",
+        color="#3b9fe8",
         alpha=0.35,
         linewidth=0,
         label="±1σ",
@@ -54,9 +54,9 @@ def draw_field_angle(
 
     shade_shadow(lower, t_s, lit)
     for axis, sigma in zip("xyz", attitude_sigma_deg.T, strict=True):
-        lower.plot(t_s, sigma, color=AXIS_COLOURS[axis], linewidth=1.1, label=f"about {axis}")
+        lower.plot(t_s, sigma, color=AXIS_COLOURS[axis], linestyle=AXIS_STYLES[axis], linewidth=1.1, label=f"about {axis}")
     lower.plot(
-        t_s, np.where(known, sigma_deg, np.nan), color=INK, linewidth=1.1, linestyle=(0, (3, 2)), label="field angle"
+        t_s, np.where(known, sigma_deg, np.nan), color=INK, linewidth=1.1, linestyle=(0, (7, 2, 1.5, 2)), label="field angle"
     )
     finite = np.concatenate([attitude_sigma_deg[np.isfinite(attitude_sigma_deg)], sigma_deg[known]])
     if finite.size:

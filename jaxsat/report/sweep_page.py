@@ -166,9 +166,10 @@ def _data(scenario, summary, status, metrics, column, chosen, words) -> dict[str
             "cases": m.cases,
             "missing": m.missing,
             "beyond": m.beyond,
-            "marks": [_number(m.percentiles[key]) for key in ("p05", "p50", "p95")],
+            "marks": [_number(_or_nothing(m, m.percentiles[key])) for key in ("p05", "p50", "p95")],
             "edges": [float(f"{edge:.6g}") for edge in m.edges],
             "logarithmic": m.logarithmic,
+            "whole": m.whole,
             "succeeded": m.succeeded.tolist(),
             "failed": m.failed.tolist(),
             "values": _packed(column(m.name)[chosen]),
@@ -234,6 +235,11 @@ def _packed(values: np.ndarray) -> str:
 
 def _number(value: float) -> float | None:
     return float(f"{value:.6g}") if np.isfinite(value) else None
+
+
+def _or_nothing(metric: MetricSummary, value: float) -> float:
+    """Zero where it is zero but for rounding."""
+    return 0.0 if abs(value) <= metric.nothing else value
 
 
 def _text(value: float) -> str:

@@ -9,10 +9,10 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
-from jaxsat.plotting.style import FAINT, INK, PANEL_COLOURS
+from jaxsat.plotting.style import AXIS_COLOURS, FAINT, INK, PANEL_COLOURS
 
 DAY, NIGHT, LINES = np.array([0.83, 0.90, 0.95]), np.array([0.42, 0.48, 0.56]), "#9db2c4"
-ORBIT, SHADOW_ARC, SUN, FIELD, X_AXIS = "#14497a", "#3a3f4a", "#d97706", "#c2255c", "#2e8b3d"
+ORBIT, SHADOW_ARC, SUN, FIELD, NADIR, X_AXIS = "#14497a", "#3a3f4a", "#d98e00", "#c81fb0", "#4b5563", AXIS_COLOURS["x"]
 EQUATOR, GREENWICH = "#0f766e", "#6d28d9"
 PIXELS = 260
 """Of the Earth's picture from edge to edge."""
