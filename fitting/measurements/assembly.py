@@ -148,7 +148,7 @@ def build_problem(
 
 
 def sky_of(samples: Samples, model: Model, around: Around, t: np.ndarray) -> Sky:
-    """Returns the sky at times `t` [s], with the samples' columns between their own times; of a size compiled before."""
+    """Returns the sky at times `t` [s], columns of the samples between their own times."""
     lit = any("light" in sensor.needs for sensor in model.sensors.values())
     columns = {name: np.interp(t, *pair) for name, pair in samples.columns.items()}
     return sky_at(around, t, around.sun_eci(samples.epoch, t) if lit else None, columns)

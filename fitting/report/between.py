@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from fitting.measurements.assembly import Samples, sky_of
+from fitting.measurements.assembly import sky_of
 from fitting.outcome.looking import read, returning_no_light
 from fitting.outcome.result import Between
 from jaxsat.math.attitude_between import attitude_between
@@ -79,7 +79,9 @@ def _read_along(fit, model, nodes, attitude, velocity):
     found = {"readings": {name: [] for name in samples.channels}, "direct": {name: [] for name in panels}}
     for part in parts:
         pad = room - len(nodes[part])
-        t, q, w = (np.pad(x[part], [(0, pad), *[(0, 0)] * (x.ndim - 1)], mode="edge") for x in (nodes, attitude, velocity))
+        t, q, w = (
+            np.pad(x[part], [(0, pad), *[(0, 0)] * (x.ndim - 1)], mode="edge") for x in (nodes, attitude, velocity)
+        )
         here = replace(problem, sky=sky_of(samples, problem.model, fit.around, t))
         for kind, own in (("readings", model), ("direct", dark)):
             if not found[kind]:

@@ -8,7 +8,6 @@ from jaxsat.plotting.channels.timeline import Timeline
 from jaxsat.plotting.current_marks import current_marks
 from jaxsat.plotting.style import PANEL_COLOURS, PANEL_NAMES
 
-
 FITTED = Words()
 SIMULATED = Words("simulated, as telemetered", "simulated, without noise", "simulated with a limited current", "diff.")
 
@@ -29,8 +28,8 @@ def draw_currents(
     """Returns the picture of currents [time 6], panels +X -X +Y -Y +Z -Z; `lit` and `limited` are [time].
 
     All panels share one scale, and so do all residuals. A current is crossed out where its weight is zero or the whole
-    sample was found `limited`, hollow where its weight is below half of the median one (so weighed down as doubtful). `words` say what that is: of a fit, or
-    `SIMULATED`.
+    sample was found `limited`, hollow where its weight is below half of the median one (so weighed down as doubtful).
+    `words` say what that is: of a fit, or `SIMULATED`.
     """
     lit = np.asarray(lit, bool)
     sample_out = np.zeros(len(t_s), bool) if limited is None else np.asarray(limited, bool)

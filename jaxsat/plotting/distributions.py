@@ -47,7 +47,15 @@ def _draw(axes: Axes, metric: MetricSummary) -> None:
     axes.xaxis.label.set_fontweight("bold")
     meaning = textwrap.fill(metric.meaning, MEANING_CHARACTERS)
     axes.annotate(
-        meaning, (0.5, 0.0), (0, -31), "axes fraction", "offset points", ha="center", va="top", fontsize=7.5, color=QUIET
+        meaning,
+        (0.5, 0.0),
+        (0, -31),
+        "axes fraction",
+        "offset points",
+        ha="center",
+        va="top",
+        fontsize=7.5,
+        color=QUIET,
     )
     axes.yaxis.set_major_locator(MaxNLocator(nbins=5, integer=True))
     notes = []
@@ -66,7 +74,16 @@ def _draw(axes: Axes, metric: MetricSummary) -> None:
     left, widths = metric.edges[:-1], np.diff(metric.edges)
     axes.bar(left, metric.succeeded, widths, align="edge", color=SUCCEEDED, linewidth=0, label="succeeded")
     axes.bar(
-        left, metric.failed, widths, align="edge", bottom=metric.succeeded, color=FAILED, linewidth=0, hatch="////", edgecolor="white", label="failed"
+        left,
+        metric.failed,
+        widths,
+        align="edge",
+        bottom=metric.succeeded,
+        color=FAILED,
+        linewidth=0,
+        hatch="////",
+        edgecolor="white",
+        label="failed",
     )
     axes.set_xlim(metric.edges[0], metric.edges[-1])
     if metric.whole:

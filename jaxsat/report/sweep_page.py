@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from jaxsat.report.html import Facts, Live, Picture, Remarks, Section, Table, page
+from jaxsat.report.html import page
+from jaxsat.report.sections import Facts, Folded, Live, Picture, Remarks, Section, Table
 from jaxsat.significant import count_text, spans_text, unit_text, value_text
 from jaxsat.sweep.names import title_of_input, title_of_scenario
 from jaxsat.sweep.scenario import Scenario
@@ -57,7 +58,7 @@ def sweep_page(
         _failures(scenario, status, words),
         *([] if compared is None else [_comparison(compared, metrics)]),
         Remarks("Assumed", scenario.assumptions),
-        Facts("Options", [(name, str(value)) for name, value in summary["options"].items()]),
+        Folded(Facts("Options", [(name, str(value)) for name, value in summary["options"].items()])),
         Facts("Drawn for each case", [_drawn(one) for one in scenario.inputs]),
     ]
     return page(
