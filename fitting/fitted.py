@@ -135,7 +135,7 @@ class Fit:
 
         return write_fit(
             stage,
-            replace(self.result, between=between_samples(self)),
+            replace(self.result, between=between_samples(self.result, self.found, self.around, self.looked)),
             telemetry=self.session.telemetry,
             label=self.session.name,
             epoch=self.session.epoch,

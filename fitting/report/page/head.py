@@ -86,7 +86,8 @@ def _own(result: FitResult) -> Iterator[str]:
         yield f"{pairs} of parameters correlate beyond ±{STRONG_CORRELATION}, most of all {a} with {b}, {value:+.3f}"
     for name, channel in result.channels.items():
         out = int((channel.fitted & ~channel.used).sum())
-        if out > MUCH_LEFT_OUT * max(int(channel.fitted.sum()), 1):
+        said = any(f"samples of {name} left out" in remark for remark in result.remarks)
+        if not said and out > MUCH_LEFT_OUT * max(int(channel.fitted.sum()), 1):
             yield f"{out} of {int(channel.fitted.sum())} samples of {name} were left out of the fit"
     yield from diagnose(result).remarks()
 

@@ -31,8 +31,9 @@ def draw_motion(
     upper, lower = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.6, 1.0], **frame})
     _curves(upper, *(curve or (t_s, rate_deg_s)), "")
     for colour, column in zip(AXIS_COLOURS.values(), rate_deg_s.T, strict=True):
-        # So many dots would hide the dashes.
-        upper.plot(t_s, column, "." if len(t_s) <= DOTS else "", color=colour, linestyle="none", markersize=2.6)
+        # More dots would hide the dashes.
+        if len(t_s) <= DOTS:
+            upper.plot(t_s, column, ".", color=colour, markersize=2.6)
     _curves(lower, t_s, attitude_sigma_deg, "about ")
     head(upper, "angular velocity about body x, y, z, deg/s")
     head(lower, "1σ of a small turn, deg")

@@ -128,7 +128,7 @@ def aside(axes: Axes, end: np.ndarray, taken: Sequence[np.ndarray], half: float)
 
     def free(at: np.ndarray) -> bool:
         seen = low + 0.5 * tall < at[1] < high - 0.5 * tall
-        return seen and all(_apart(at - other, wide, tall) >= 1.0 for other in taken)
+        return bool(seen) and all(_apart(at - other, wide, tall) >= 1.0 for other in taken)
 
     return next(filter(free, tried), end)
 
