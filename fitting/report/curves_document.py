@@ -30,7 +30,7 @@ def stored_between(content: Mapping[str, Any], channels: Mapping[str, int]) -> B
     }
     if set(readings["readings"]) != set(channels) or np.any(np.diff(content["t_s"]) < 0.0):
         raise ValueError("curves.json is not that of this fit")
-    return Between(t_s=np.array(content["t_s"]), **motion, **readings)
+    return Between(t_s=np.array(content["t_s"]), **motion, readings=readings["readings"], direct=readings["direct"])
 
 
 def _rows(rows: list, count: int, width: int) -> np.ndarray:

@@ -21,7 +21,7 @@ def draw_distributions(metrics: Sequence[MetricSummary], *, title: str = "Distri
     """Returns a histogram of each metric, cases that failed on top of those that succeeded, with 5, 50 and 95 %."""
     columns = min(2, max(1, len(metrics)))
     rows = rows_of(len(metrics), columns)
-    height = 0.75 + ROW_IN * rows
+    height = 0.95 + ROW_IN * rows
     figure = new_figure(9.6, height, title, subtitle)
     places = panels(
         figure,
@@ -30,7 +30,7 @@ def draw_distributions(metrics: Sequence[MetricSummary], *, title: str = "Distri
         left=0.07,
         right=0.985,
         top=1.0 - 0.85 / height,
-        bottom=0.66 / height,
+        bottom=0.84 / height,
         hspace=0.62,
         wspace=0.16,
     )
@@ -91,8 +91,4 @@ def _draw(axes: Axes, metric: MetricSummary) -> None:
     marks = {name: value for name, value in metric.percentiles.items() if name != "max"}
     for name, value in marks.items():
         axes.axvline(value, color=INK, linewidth=0.9, linestyle="-" if name == "p50" else (0, (3, 2)))
-    head(axes, "5, 50, 95 %: " + ", ".join(_text(metric, value) for value in marks.values()), fontsize=8)
-
-
-def _text(metric: MetricSummary, value: float) -> str:
-    return "0" if abs(value) <= metric.nothing else value_text(value, 4)
+    head(axes, "5, 50, 95 %: " + ", ".join(value_text(metric.shown(name), 4) for name in marks), fontsize=8)

@@ -5,10 +5,26 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
-from jaxsat.plotting.style import FAINT, INK, dress, head, new_figure, nice_ceiling, shade_shadow, time_limits
+from jaxsat.plotting.style import (
+    FAINT,
+    INK,
+    LEFT_OUT,
+    dress,
+    head,
+    new_figure,
+    nice_ceiling,
+    shade_shadow,
+    time_limits,
+)
 
-STATUS_COLOURS = {"solved": "#14497a", "ambiguous": "#d99e10", "undetermined": "#c26fa6", "unsolved": FAINT}
-STATUS_MARKS = {"solved": "o", "ambiguous": "s", "undetermined": "^", "unsolved": "v"}
+STATUS_COLOURS = {
+    "solved": "#14497a",
+    "ambiguous": "#d99e10",
+    "undetermined": "#c26fa6",
+    "does not fit": LEFT_OUT,
+    "unsolved": FAINT,
+}
+STATUS_MARKS = {"solved": "o", "ambiguous": "s", "undetermined": "^", "does not fit": "X", "unsolved": "v"}
 _SHARE_COLOURS = ("#d99e10", "#3b9fe8")
 
 
@@ -36,7 +52,7 @@ def draw_local_attitudes(
         4, 1, sharex=True, gridspec_kw={"height_ratios": [2.0, 1, 1, 1], **frame}
     )
     for axes in (upper, error, left, light):
-        shade_shadow(axes, t_s, lit, label=axes is upper)
+        shade_shadow(axes, t_s, lit, label=axes is error)
     others = {"linestyle": "none", "marker": "o", "markersize": 3.4, "markerfacecolor": "white"}
     if angle_deg.shape[1] > 1 and np.isfinite(angle_deg[:, 1:]).any():
         handle = upper.plot(t_s, angle_deg[:, 1:], color=FAINT, markeredgewidth=0.8, **others)[0]

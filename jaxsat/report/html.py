@@ -14,7 +14,8 @@ from typing import Any, Literal
 
 from jaxsat.report.sections import Section, sections_html
 
-Verdict = Literal["good", "doubtful", "bad"]
+Verdict = Literal["good", "doubtful", "bad", "plain"]
+"""The last is that of what is shown and not judged."""
 
 
 def page(

@@ -115,7 +115,7 @@ def _left_out(metrics: Sequence[MetricSummary]) -> list[str]:
 def _percentiles(metrics: Sequence[MetricSummary]) -> Table:
     rows = []
     for m in metrics:
-        numbers = (_text(m.percentiles[key]) for key in ("p05", "p50", "p95", "max"))
+        numbers = (_text(m.shown(key)) for key in ("p05", "p50", "p95", "max"))
         rows.append((m.title, *numbers, unit_text(m.unit), _thousands(m.cases), _sentence(m.meaning)))
         if m.missing and m.all_cases is not None:
             numbers = (_text(m.all_cases[key]) for key in ("p05", "p50", "p95"))
@@ -167,7 +167,7 @@ def _data(scenario, summary, status, metrics, column, chosen, words) -> dict[str
             "cases": m.cases,
             "missing": m.missing,
             "beyond": m.beyond,
-            "marks": [_number(_or_nothing(m, m.percentiles[key])) for key in ("p05", "p50", "p95")],
+            "marks": [_number(m.shown(key)) for key in ("p05", "p50", "p95")],
             "edges": [float(f"{edge:.6g}") for edge in m.edges],
             "logarithmic": m.logarithmic,
             "whole": m.whole,
@@ -236,11 +236,6 @@ def _packed(values: np.ndarray) -> str:
 
 def _number(value: float) -> float | None:
     return float(f"{value:.6g}") if np.isfinite(value) else None
-
-
-def _or_nothing(metric: MetricSummary, value: float) -> float:
-    """Zero where it is zero but for rounding."""
-    return 0.0 if abs(value) <= metric.nothing else value
 
 
 def _text(value: float) -> str:

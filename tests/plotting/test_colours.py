@@ -7,7 +7,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from fitting.local.solutions import STATUSES
 from jaxsat.panel_names import PANEL_COLOURS, PAPER_COLOURS
+from jaxsat.plotting.local_attitudes import STATUS_COLOURS, STATUS_MARKS
 from jaxsat.plotting.space import drawing
 from jaxsat.plotting.style import AXIS_COLOURS, FAILED, LINES, SUCCEEDED
 
@@ -54,6 +56,11 @@ def test_colours_are_told_apart(who):
 def test_those_of_the_paper_are_not():
     assert nearest(list(PAPER_COLOURS.values()), SEEN["no green"]) < 12.0
     assert list(PAPER_COLOURS) == list(PANEL_COLOURS)
+
+
+def test_every_status_of_a_sample_is_drawn():
+    assert set(STATUS_COLOURS) == set(STATUS_MARKS) == set(STATUSES)
+    assert len(set(STATUS_MARKS.values())) == len(STATUSES)
 
 
 def test_page_and_pictures_have_one_scheme():

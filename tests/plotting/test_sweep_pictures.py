@@ -56,7 +56,7 @@ def test_bins_hold_whole_numbers_and_never_go_down_into_rounding():
     assert counted.whole and not rounding.whole and not rounding.logarithmic and len(few.edges) == 14
     assert all(tick == round(tick) for tick in axes[0].get_xticks())
     assert axes[1].get_xscale() == "linear" and axes[1].get_xlabel() == "Worst estimate, deg"
-    assert axes[1].get_title("left").startswith("5, 50, 95 %: 0, 0, ")
+    assert axes[1].get_title("left").startswith("5, 50, 95 %: 0.000, 0.000, ")
     assert "largest error" in [text.get_text() for text in axes[1].texts]
 
 

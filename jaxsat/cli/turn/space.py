@@ -181,7 +181,7 @@ def turn_page(
     return page(
         title,
         subtitle=subtitle,
-        verdict="doubtful",
+        verdict="plain",
         verdict_text=f"By {chosen_deg:.4g} deg.",
         message=message,
         sections=sections,

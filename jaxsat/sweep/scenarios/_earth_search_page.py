@@ -8,7 +8,8 @@ import numpy as np
 
 from jaxsat.sweep.history import Page
 
-COLOURS = ("#c2410c", "#1d63b8", "#2e8b3d", "#7c3aed")
+COLOURS = ("#a5400b", "#3b9fe8", "#0f8a64", "#0b3a94")
+"""Told apart with red-green blindness; each sensor has its name beside it."""
 
 
 def search_page(options: Mapping[str, str], sensor: Any, disk: float, samples: Any, t_s: np.ndarray) -> Page:
