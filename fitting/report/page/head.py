@@ -74,6 +74,8 @@ def _own(result: FitResult) -> Iterator[str]:
         yield f"{count_text(len(close), 'other motion')} fit nearly as well, the nearest by {least:.3g} of chi2"
     for note in dict.fromkeys(p.note for p in result.parameters if p.note in NOTES):
         names = [p.name for p in result.parameters if p.note == note]
+        if any(all(name in remark for name in names) for remark in result.remarks):
+            continue
         more = f" and {len(names) - SHOWN_NAMES} more" if len(names) > SHOWN_NAMES else ""
         yield f"{note}: {', '.join(names[:SHOWN_NAMES])}{more}"
     weak = [d for d in result.unseen if not (d.blind and d.held_by != PRIORS)]

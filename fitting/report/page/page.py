@@ -84,7 +84,6 @@ def fit_page(
         sections=[
             _lead(result, provenance, base),
             Table("What would explain the data", CAUSE_COLUMNS, cause_rows(result), (1, 2), note=CAUSE_NOTE),
-            Table("Channels", CHANNEL_COLUMNS, channel_rows(result), CHANNEL_NUMBERS, note=CHANNEL_NOTE),
             *_live(result, pictures, base),
             Facts("Fit", fit_facts(result)),
             *_tables(result),
@@ -120,6 +119,7 @@ def _lead(result: FitResult, provenance: Mapping[str, Any], base: str) -> Lead:
     right = [
         Table("Parameters", ("parameter", "value", "1σ", "unit", "buys chi2", "note"), rows[:free], (1, 4), WORTH_NOTE),
         Folded(Table("Parameters that were held", ("parameter", "value", "unit"), fixed, (1,))),
+        Table("Channels", CHANNEL_COLUMNS, channel_rows(result), CHANNEL_NUMBERS, note=CHANNEL_NOTE),
     ]
     return Lead(left, right)
 

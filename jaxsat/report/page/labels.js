@@ -2,6 +2,8 @@
 import { Vector3 } from "three";
 
 const [ROUNDS, GAP] = [12, 2];
+// Of the view's name above and its buttons below [pixels].
+const [ABOVE, BELOW] = [28, 46];
 const [place, size] = [new Vector3(), new Vector3()];
 
 // letters: sprites whose size does not depend on their distance; width and height of the view [pixels].
@@ -10,8 +12,8 @@ export function spread(letters, camera, width, height) {
   for (let round = 0; round < ROUNDS; round++) {
     boxes.forEach((a, i) => boxes.slice(i + 1).forEach((b) => part(a, b)));
     for (const one of boxes) {
-      one.x = within(one.x, one.across, width);
-      one.y = within(one.y, one.up, height);
+      one.x = within(one.x, one.across, 0, width);
+      one.y = within(one.y, one.tall, ABOVE, height - BELOW);
     }
   }
   boxes.forEach((one, i) => letters[i].center.set(0.5 - (one.x - one.own[0]) / one.across, 0.5 + (one.y - one.own[1]) / one.up));
@@ -43,6 +45,6 @@ function part(a, b) {
   }
 }
 
-function within(middle, extent, whole) {
-  return Math.min(Math.max(middle, extent / 2), whole - extent / 2);
+function within(middle, extent, from, to) {
+  return Math.min(Math.max(middle, from + extent / 2), to - extent / 2);
 }

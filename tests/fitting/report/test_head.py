@@ -30,6 +30,9 @@ def test_what_gives_reason_to_doubt_is_said_once_and_the_rest_is_not():
         "1 pair of parameters correlate beyond ±0.9, most of all magnet.x with mag.bias.x, -0.950",
     ):
         assert part in text, part
+    # What the verdict says already is not said again.
+    again = replace(result, remarks=("held by their priors, the data say nothing of them: magnet.y",))
+    assert " ".join(doubts(again, [])).count("magnet.y") == 1
     # A third was held out, and no other motion fits nearly as well.
     assert "held out, so" not in text and "other motion" not in text and "cause" not in text
     near = ({**result.alternatives[0], "chi2_above_best": 3.0},)
