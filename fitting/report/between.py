@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import PchipInterpolator
 
 from fitting.identify import Identified
 from fitting.measurements.assembly import sky_of
@@ -42,7 +42,8 @@ def between_samples(result: FitResult, found: Identified, around: Around, looked
     model, t, q, rate = _sure(found, looked, t, q, rate, turn)
     largest = max(SMOOTH, float(turn.sum()) / MOST_POINTS)
     nodes, attitude = attitude_between(t, q, rate, largest_turn=largest)
-    velocity = CubicSpline(t, rate)(nodes)
+    # It never overshoots: a torque that is switched on has a corner in the rates.
+    velocity = PchipInterpolator(t, rate)(nodes)
     readings, direct = _read_along(found, around, model, nodes, attitude, velocity)
     return Between(
         np.round(nodes, 4), np.round(attitude, 7), _short(velocity), _all_short(readings), _all_short(direct)
