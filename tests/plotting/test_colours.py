@@ -12,6 +12,7 @@ from jaxsat.panel_names import PANEL_COLOURS, PAPER_COLOURS
 from jaxsat.plotting.local_attitudes import STATUS_COLOURS, STATUS_MARKS
 from jaxsat.plotting.space import drawing
 from jaxsat.plotting.style import AXIS_COLOURS, FAILED, LINES, SUCCEEDED
+from jaxsat.sweep.scenarios._earth_search_page import COLOURS
 
 # Machado, Oliveira and Fernandes 2009, table 1, severity 1: linear RGB.
 SEEN = {
@@ -70,5 +71,6 @@ def test_page_and_pictures_have_one_scheme():
         assert told[name] == colour, name
     assert [told[f"{axis}-axis"] for axis in "xyz"] == list(AXIS_COLOURS.values())
     assert f"--ended-0: light-dark({SUCCEEDED}," in css and f"--ended-1: light-dark({FAILED}," in css
+    assert COLOURS == LINES[:4]
     paper = css.split(':root[data-colours="paper"] {')[1].split("}")[0]
     assert re.findall(r"light-dark\((#[0-9a-f]{6}),", paper) == [PAPER_COLOURS[f"+{axis}"] for axis in "xyz"]

@@ -8,8 +8,8 @@ import numpy as np
 
 from jaxsat.sweep.history import Page
 
-COLOURS = ("#a5400b", "#3b9fe8", "#0f8a64", "#0b3a94")
-"""Told apart with red-green blindness; each sensor has its name beside it."""
+COLOURS = ("#14497a", "#d98e00", "#c81fb0", "#0f8a64")
+"""Of the four sensors, as in the picture of the history; told apart with red-green blindness."""
 
 
 def search_page(options: Mapping[str, str], sensor: Any, disk: float, samples: Any, t_s: np.ndarray) -> Page:
