@@ -30,11 +30,7 @@ from fitting.report.fit.result_rows import (
 )
 from fitting.report.page.data import page_data_of
 from fitting.report.page.head import confirmations, doubts, key_numbers
-from fitting.report.rows import (
-    STRONG_CORRELATION,
-    setting_rows,
-    strong_correlations,
-)
+from fitting.report.rows import STRONG_CORRELATION, setting_rows, strong_correlations
 from jaxsat.report import (
     Contents,
     Facts,
