@@ -85,7 +85,7 @@ class Fit:
 
         Raises ValueError for times before the first sample, and beyond a minute after the last one: there is no orbit.
         """
-        seen = self._looked(times)
+        seen = self.looked(times)
         return seen.quaternion, seen.angular_velocity
 
     def predict(self, channel: str, times: np.ndarray | Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
@@ -95,12 +95,12 @@ class Fit:
         """
         measured, groups = self.found.samples.channels[channel], self.found.minima[0].problem.groups
         own = next(columns for group, columns in zip(groups, columns_of(groups), strict=True) if group.name == channel)
-        seen = self._looked(times)
+        seen = self.looked(times)
         spread = np.sqrt(np.maximum(seen.promised[:, own] ** 2 - 1.0, 0.0)) * measured.sigma
         return seen.readings[channel] * measured.to_unit, spread * measured.to_unit
 
-    def _looked(self, times: np.ndarray | Sequence[float]) -> Look:
-        """The best minimum at other times."""
+    def looked(self, times: np.ndarray | Sequence[float]) -> Look:
+        """The best minimum at other rising times; raises ValueError as `motion` does."""
         old, best = self.found.samples, self.found.minima[0]
         times = np.asarray(times, float)
         if not (np.all(np.diff(times) > 0.0) and times[0] >= old.t[0]):
@@ -130,11 +130,12 @@ class Fit:
     def write_into(self, stage: Path, *, draw: Draw | None) -> list[str]:
         """Writes the same into an empty directory, with pictures by `draw` if any; returns warnings."""
         # What makes pages is wanted here for the first time.
+        from fitting.report.between import between_samples
         from fitting.report.fit.files import write_fit
 
         return write_fit(
             stage,
-            self.result,
+            replace(self.result, between=between_samples(self.result, self.found, self.around, self.looked)),
             telemetry=self.session.telemetry,
             label=self.session.name,
             epoch=self.session.epoch,

@@ -7,6 +7,17 @@ TILT_AXES = tuple("xyz".replace(name[1], "") for name in PANEL_NAMES)
 """The two body axes across each panel, about which `spacecraft.tilted` turns it."""
 
 PANEL_COLOURS = {
+    "+x": "#0f8a64",
+    "-x": "#d99e10",
+    "+y": "#a5400b",
+    "-y": "#3b9fe8",
+    "+z": "#0b3a94",
+    "-z": "#c26fa6",
+}
+"""Green, yellow, brown, light blue, blue, violet as in `PAPER_COLOURS`, in shades that people with red-green blindness
+tell apart: a test holds their distances as such people see them (Machado, Oliveira and Fernandes 2009)."""
+
+PAPER_COLOURS = {
     "+x": "#2e8b3d",
     "-x": "#c79a00",
     "+y": "#8a4b20",
@@ -14,4 +25,4 @@ PANEL_COLOURS = {
     "+z": "#2340a8",
     "-z": "#8e44ad",
 }
-"""Those of Penkov et al. 2009 (green, yellow, brown, light blue, blue, violet), dark enough for lines on white."""
+"""Those of Penkov et al. 2009, dark enough for lines on white; a choice of the reader's in a report."""

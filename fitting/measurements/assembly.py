@@ -151,8 +151,13 @@ def build_problem(
     )
 
 
+def sky_of(samples: Samples, model: Model, around: Around, t: np.ndarray) -> Sky:
+    """Returns the sky at times `t` [s], columns of the samples between their own times."""
+    return sky_at(*_of_sky(samples, model, around, t))
+
+
 def _of_sky(samples: Samples, model: Model, around: Around, t: np.ndarray) -> tuple:
-    """What the sky at the samples' padded times is made of."""
+    """What the sky at times is made of."""
     lit = any("light" in sensor.needs for sensor in model.sensors.values())
     columns = {name: np.interp(t, *pair) for name, pair in samples.columns.items()}
     return around, t, around.sun_eci(samples.epoch, t) if lit else None, columns

@@ -125,9 +125,13 @@ def on_host(model: Model, spots: Sequence[Spot], values: np.ndarray) -> Model:
 
 def direct_readings(problem: Problem, seen: Look, names: Iterable[str]) -> dict[str, np.ndarray]:
     """[samples readings] of some sensors under an Earth that returns no light, SI: by the program that is there."""
-    dark = replace(seen.model, albedo=jax.tree.map(lambda leaf: jnp.asarray(np.zeros_like(leaf)), seen.model.albedo))
-    found = read(problem, dark, seen.quaternion, seen.angular_velocity)
+    found = read(problem, returning_no_light(seen.model), seen.quaternion, seen.angular_velocity)
     return {name: np.asarray(found[name]) for name in names}
+
+
+def returning_no_light(model: Model) -> Model:
+    """The same under an Earth that returns no light."""
+    return replace(model, albedo=jax.tree.map(lambda leaf: jnp.asarray(np.zeros_like(leaf)), model.albedo))
 
 
 def look_at(problem: Problem, parameters: FreeParameters, best: Point) -> Look:

@@ -175,6 +175,20 @@ def misfit_share(left_out: np.ndarray, measured: np.ndarray, modelled: np.ndarra
 
 
 @dataclass(frozen=True)
+class Between:
+    """Motion and readings at the samples and between them, so that lines through them are smooth; noise-free."""
+
+    t_s: np.ndarray
+    """[points] every sample is one."""
+    quaternion_inertial_from_body: np.ndarray
+    angular_velocity_rad_s: np.ndarray
+    readings: Mapping[str, np.ndarray]
+    """[points readings] of each channel, in its unit."""
+    direct: Mapping[str, np.ndarray]
+    """[points readings] of solar panels: the part of direct sunlight in the same."""
+
+
+@dataclass(frozen=True)
 class Cause:
     """Something that may be wrong with data or satellite file: what it would explain."""
 
@@ -234,6 +248,8 @@ class FitResult:
     field_angle_sigma_deg: np.ndarray | None = None
     causes: tuple[Cause, ...] = ()
     """What would explain the data that the fit does not, the best first; looked for where it is denied."""
+    between: Between | None = None
+    """For pages and pictures; None where the samples lie as close, and before they are made."""
 
     @property
     def residual_rms_mA(self) -> float | None:

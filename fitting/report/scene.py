@@ -133,7 +133,11 @@ def scene_document(result: "FitResult", sky: Sky) -> dict[str, Any] | None:
     known = np.isfinite(q).all(axis=1) & np.isfinite(rate).all(axis=1)
     if known.sum() < 2:
         return None
-    t_nodes, q_nodes = attitude_between(result.t_s[known], q[known], rate[known], largest_turn=LARGEST_TURN)
+    between = result.between
+    if between is None:
+        t_nodes, q_nodes = attitude_between(result.t_s[known], q[known], rate[known], largest_turn=LARGEST_TURN)
+    else:
+        t_nodes, q_nodes = between.t_s, between.quaternion_inertial_from_body
     begin, end = sky.t_s
     # One list a line: x, y, z of its points one after the other.
     lines = None if sky.lines_m is None else np.rint(sky.lines_m / 1e3).astype(int).reshape(LINES, -1).tolist()

@@ -3,7 +3,7 @@
 import csv
 import io
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +11,15 @@ import numpy as np
 
 from fitting.outcome.result import FitResult
 from fitting.profile.profile import Profile
+from fitting.report.curves_document import stored_between
 from fitting.report.fit.owned import owned_files
-from fitting.report.fit.page import fit_page
 from fitting.report.fit.profiles import stored_profile
 from fitting.report.fit.stored import stored_result
+from fitting.report.page.page import fit_page
+from fitting.report.schema.curves_file import Curves
 from fitting.report.schema.fit_file import Fit
 from fitting.report.schema.provenance_file import Provenance
-from fitting.report.schema.reading import FIT, LIMIT_BYTES, PROVENANCE, SCENE, read_stored
+from fitting.report.schema.reading import CURVES, FIT, LIMIT_BYTES, PROVENANCE, SCENE, read_stored
 from fitting.report.schema.scene_file import Scene
 from jaxsat.errors import InputError
 from jaxsat.files.text_file import REAL, read_small_file
@@ -43,8 +45,11 @@ LARGEST = 1e100
 _PNG = b"\x89PNG\r\n\x1a\n"
 
 
-def read_run(directory: Path) -> Run:
-    """Returns the run; raises `InputError` for a directory that is none, or a file of it that is not as written."""
+def read_run(directory: Path, *, base: str = "") -> Run:
+    """Returns the run; raises `InputError` for a directory that is none, or a file of it that is not as written.
+
+    `base` is what stands before the names of its files in the page's links, where the page is to lie elsewhere.
+    """
     if not (directory / "fit.json").exists():
         several = (directory / "summary.json").exists()
         hint = (
@@ -55,7 +60,7 @@ def read_run(directory: Path) -> Run:
     provenance = read_stored(directory / "provenance.json", PROVENANCE, Provenance)
     scene = read_stored(directory / "scene.json", SCENE, Scene) if (directory / "scene.json").exists() else None
     try:
-        return _run(directory, fit, provenance, scene)
+        return _run(directory, fit, provenance, scene, base)
     except InputError:
         raise
     except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
@@ -63,11 +68,15 @@ def read_run(directory: Path) -> Run:
         raise InputError(reason + "fit the session again", file=directory) from None
 
 
-def _run(directory: Path, fit: dict, provenance: dict, scene: dict | None) -> Run:
+def _run(directory: Path, fit: dict, provenance: dict, scene: dict | None, base: str) -> Run:
     result = stored_result(directory, fit, provenance, _columns)
+    if (directory / "curves.json").exists():
+        curves = read_stored(directory / "curves.json", CURVES, Curves)
+        columns = {name: len(channel.columns) for name, channel in result.channels.items()}
+        result = replace(result, between=stored_between(curves, columns))
     profiles = tuple(stored_profile(each) for each in fit["profiles"].values())
     pictures = _pictures(directory, owned_files(directory, result.channels))
-    about = {"provenance": provenance, "scene": scene, "profiles": profiles}
+    about = {"provenance": provenance, "scene": scene, "profiles": profiles, "base": base}
     return Run(result, profiles, provenance, scene, pictures, fit_page(result, pictures, **about))
 
 

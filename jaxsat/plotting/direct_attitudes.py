@@ -3,10 +3,22 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from jaxsat.plotting.local_attitudes import STATUS_COLOURS
-from jaxsat.plotting.style import AXIS_COLOURS, FAINT, INK, dress, head, new_figure, nice_ceiling, time_limits
+from jaxsat.plotting.local_attitudes import STATUS_COLOURS, STATUS_MARKS
+from jaxsat.plotting.style import (
+    AXIS_COLOURS,
+    FAINT,
+    INK,
+    LEFT_OUT,
+    dress,
+    head,
+    new_figure,
+    nice_ceiling,
+    time_limits,
+)
 
-COLOURS = {**STATUS_COLOURS, "inconsistent": "#c0392b"}
+COLOURS = {**STATUS_COLOURS, "inconsistent": LEFT_OUT}
+MARKS = {**STATUS_MARKS, "inconsistent": "X"}
+AXIS_MARKS = "osd"
 
 
 def draw_direct_attitudes(
@@ -22,19 +34,19 @@ def draw_direct_attitudes(
 ) -> Figure:
     """Returns the picture of rates [time 3], of the mismatch of directions and of the attitude's 1-sigma [time].
 
-    Colours tell the status of a sample; the band is what the mismatch may be, 1-sigma.
+    Colours and shapes tell the status of a sample; the band is what the mismatch may be, 1-sigma.
     """
     figure = new_figure(9.6, 6.6, title, subtitle)
     frame = {"left": 0.075, "right": 0.985, "top": 0.86, "bottom": 0.075, "hspace": 0.3}
     upper, middle, lower = figure.subplots(3, 1, sharex=True, gridspec_kw={"height_ratios": [1.4, 1, 1], **frame})
-    for (axis, colour), column in zip(AXIS_COLOURS.items(), rate_deg_s.T, strict=True):
+    for (axis, colour), marker, column in zip(AXIS_COLOURS.items(), AXIS_MARKS, rate_deg_s.T, strict=True):
         # Samples may lie further apart than the motion's own period, and a line would then be a tale.
-        upper.plot(t_s, column, ".", color=colour, markersize=3.0, label=axis)
+        upper.plot(t_s, column, marker, color=colour, markersize=2.2, label=axis)
     band = np.nan_to_num(mismatch_sigma_deg)
     middle.fill_between(t_s, -band, band, color=FAINT, alpha=0.25, linewidth=0.0, step="mid")
     for name, colour in COLOURS.items():
         chosen = status == name
-        style = {"linestyle": "none", "marker": "o", "markersize": 3.2, "color": colour}
+        style = {"linestyle": "none", "marker": MARKS[name], "markersize": 3.2, "color": colour}
         if (chosen & np.isfinite(mismatch_deg)).any():
             middle.plot(t_s[chosen], mismatch_deg[chosen], label=name, **style)
         if (chosen & np.isfinite(sigma_deg)).any():

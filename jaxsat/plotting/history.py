@@ -6,10 +6,19 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from jaxsat.plotting.style import AXIS_COLOURS, INK, dress, head, new_figure, time_limits
+from jaxsat.plotting.style import (
+    AXIS_COLOURS,
+    AXIS_STYLES,
+    INK,
+    LINE_STYLES,
+    LINES,
+    dress,
+    head,
+    new_figure,
+    time_limits,
+)
 
 CHART_IN = 1.9
-_COLOURS = ("#14497a", "#c0392b", *AXIS_COLOURS.values())
 
 
 def draw_history(
@@ -17,7 +26,7 @@ def draw_history(
 ) -> Figure:
     """Returns the picture of quantities [time]; `charts` maps the heading of a chart, with its unit, to named curves.
 
-    Curves called x, y, z have the colours of the body axes; a single one needs no name.
+    Curves called x, y, z have the colours and dashes of the body axes; a single one needs no name.
     """
     height = 0.75 + CHART_IN * len(charts)
     figure = new_figure(9.6, height, title, subtitle)
@@ -36,8 +45,9 @@ def draw_history(
     )
     for axes, (label, curves) in zip(grid.flat, charts.items(), strict=True):
         for number, (name, values) in enumerate(curves.items()):
-            colour = AXIS_COLOURS.get(name, _COLOURS[number % len(_COLOURS)])
-            axes.plot(t_s, values, color=colour, linewidth=1.2, label=name or None)
+            colour = AXIS_COLOURS.get(name, LINES[number % len(LINES)])
+            dashes = AXIS_STYLES.get(name, LINE_STYLES[number % len(LINE_STYLES)])
+            axes.plot(t_s, values, color=colour, linestyle=dashes, linewidth=1.2, label=name or None)
         if any(curves):
             # Above the axes, where no curve passes.
             axes.legend(

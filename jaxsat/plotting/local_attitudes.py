@@ -5,10 +5,27 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
-from jaxsat.plotting.style import FAINT, INK, dress, head, new_figure, nice_ceiling, shade_shadow, time_limits
+from jaxsat.plotting.style import (
+    FAINT,
+    INK,
+    LEFT_OUT,
+    dress,
+    head,
+    new_figure,
+    nice_ceiling,
+    shade_shadow,
+    time_limits,
+)
 
-STATUS_COLOURS = {"solved": "#14497a", "ambiguous": "#c79a00", "undetermined": "#8e44ad", "unsolved": FAINT}
-_SHARE_COLOURS = ("#c79a00", "#3f9fd8")
+STATUS_COLOURS = {
+    "solved": "#14497a",
+    "ambiguous": "#d99e10",
+    "undetermined": "#c26fa6",
+    "does not fit": LEFT_OUT,
+    "unsolved": FAINT,
+}
+STATUS_MARKS = {"solved": "o", "ambiguous": "s", "undetermined": "^", "does not fit": "X", "unsolved": "v"}
+_SHARE_COLOURS = ("#d99e10", "#3b9fe8")
 
 
 def draw_local_attitudes(
@@ -27,7 +44,7 @@ def draw_local_attitudes(
 ) -> Figure:
     """Returns the picture of attitudes [time found] by one angle, the best first, NaN for none; the rest are [time].
 
-    Colours tell the status of a sample; its other attitudes are small and hollow.
+    Colours and shapes tell the status of a sample; its other attitudes are small and hollow.
     """
     figure = new_figure(11.0, 8.0, title, subtitle)
     frame = {"left": 0.065, "right": 0.985, "top": 0.875, "bottom": 0.06, "hspace": 0.22}
@@ -35,7 +52,7 @@ def draw_local_attitudes(
         4, 1, sharex=True, gridspec_kw={"height_ratios": [2.0, 1, 1, 1], **frame}
     )
     for axes in (upper, error, left, light):
-        shade_shadow(axes, t_s, lit, label=axes is upper)
+        shade_shadow(axes, t_s, lit, label=axes is error)
     others = {"linestyle": "none", "marker": "o", "markersize": 3.4, "markerfacecolor": "white"}
     if angle_deg.shape[1] > 1 and np.isfinite(angle_deg[:, 1:]).any():
         handle = upper.plot(t_s, angle_deg[:, 1:], color=FAINT, markeredgewidth=0.8, **others)[0]
@@ -43,7 +60,7 @@ def draw_local_attitudes(
     for name, colour in STATUS_COLOURS.items():
         chosen = (status == name) & np.isfinite(rms_mA)
         if chosen.any():
-            style = {"linestyle": "none", "marker": "o", "markersize": 5, "color": colour}
+            style = {"linestyle": "none", "marker": STATUS_MARKS[name], "markersize": 5, "color": colour}
             upper.plot(t_s[chosen], angle_deg[chosen, 0], label=name, **style)
             error.plot(t_s[chosen], sigma_deg[chosen], **{**style, "markersize": 4})
             left.plot(t_s[chosen], rms_mA[chosen], **{**style, "markersize": 4})
@@ -52,8 +69,8 @@ def draw_local_attitudes(
     upper.set_yticks(np.linspace(low, high, 5))
     if upper.get_legend_handles_labels()[0]:
         upper.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=5, fontsize=8.5, frameon=False)
-    for colour, (name, values) in zip(_SHARE_COLOURS, shares.items(), strict=False):
-        light.plot(t_s, values, linestyle="none", marker="o", markersize=4, color=colour, label=name)
+    for colour, marker, (name, values) in zip(_SHARE_COLOURS, "os", shares.items(), strict=False):
+        light.plot(t_s, values, linestyle="none", marker=marker, markersize=4, color=colour, label=name)
     light.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2, fontsize=8.5, frameon=False)
     heads = (
         angle_name,

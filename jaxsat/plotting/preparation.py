@@ -105,7 +105,7 @@ def draw_orbit_stage(
     Those that are `doubtful` [time] are crossed out; the scale is that of the others.
     """
     figure = new_figure(11.0, 4.2, "Orbit: measured minus computed position", subtitle)
-    axes = figure.add_axes((0.065, 0.12, 0.92, 0.68))
+    axes = figure.add_axes((0.085, 0.12, 0.9, 0.68))
     kept = np.where(doubtful[:, None], np.nan, residual_km)
     _draw_residual(axes, t_s, kept, stage)
     low, high = axes.get_ylim()
@@ -122,7 +122,9 @@ def draw_orbit_stage(
 def _draw_residual(axes: Axes, t_s: np.ndarray, residual: np.ndarray, name: str) -> None:
     axes.axhline(0.0, color="#8a8f98", linewidth=0.8)
     for number, (axis, colour) in enumerate(AXIS_COLOURS.items()):
-        axes.plot(t_s, residual[:, number], ".-", color=colour, linewidth=0.9, markersize=4, label=axis.upper())
+        axes.plot(
+            t_s, residual[:, number], f"{MARKS[number]}-", color=colour, linewidth=0.9, markersize=3, label=axis.upper()
+        )
     rms = float(np.sqrt(np.nanmean(residual**2)))
     head(axes, f"{name}: RMS {rms:.3g} km per axis")
     reach = 1.12 * float(np.nanmax(np.abs(residual))) or 1.0
@@ -130,7 +132,10 @@ def _draw_residual(axes: Axes, t_s: np.ndarray, residual: np.ndarray, name: str)
     dress(axes, y_label="km")
 
 
-_FRAME = {"left": 0.065, "right": 0.985, "top": 0.86, "bottom": 0.075, "hspace": 0.22}
+_FRAME = {"left": 0.085, "right": 0.985, "top": 0.86, "bottom": 0.075, "hspace": 0.22}
+
+MARKS = "osd^vP"
+"""Of columns, beside their colours."""
 
 Series = tuple[np.ndarray, np.ndarray]
 """Times [s] and values [time column]."""
@@ -149,8 +154,9 @@ def _before_and_after(
     margin = 0.12 * (high - low) or 1.0
     limits = (low - margin, high + margin)
     for number, (name, colour) in enumerate(columns):
-        upper.plot(before[0], before[1][:, number], ".", color=colour, markersize=4.5, alpha=0.8)
-        lower.plot(after[0], after[1][:, number], ".-", color=colour, markersize=5, linewidth=0.9, label=name)
+        mark = MARKS[number % len(MARKS)]
+        upper.plot(before[0], before[1][:, number], mark, color=colour, markersize=3, alpha=0.8)
+        lower.plot(after[0], after[1][:, number], f"{mark}-", color=colour, markersize=3, linewidth=0.9, label=name)
     above, elsewhere = _mark_off_scale(upper, before, span, limits)
     dress(upper, y_label=unit)
     dress(lower, y_label=unit, x_label=TIME_LABEL)

@@ -15,10 +15,24 @@ PANEL_NAMES = ("+X", "-X", "+Y", "-Y", "+Z", "-Z")
 
 PANEL_COLOURS = {name.upper(): colour for name, colour in panel_names.PANEL_COLOURS.items()}
 
-AXIS_COLOURS = {"x": "#2e8b3d", "y": "#8a4b20", "z": "#2340a8"}
+AXIS_COLOURS = {axis: panel_names.PANEL_COLOURS[f"+{axis}"] for axis in "xyz"}
 """Components of a vector, in the colours of the panels they point to."""
 
+LineStyle = str | tuple[int, tuple[float, ...]]
+AXIS_STYLES: dict[str, LineStyle] = {"x": "-", "y": (0, (6, 1.6)), "z": (0, (1.8, 1.3))}
+"""The same told by dashes, for whoever does not tell the colours."""
+
+LINES = ("#14497a", "#d98e00", "#c81fb0", "#0f8a64", "#3b9fe8", "#a5400b")
+"""Of curves that are no axes, in this order."""
+LINE_STYLES: tuple[LineStyle, ...] = ("-", (0, (5, 2)), (0, (1.6, 1.4)), (0, (7, 2, 1.5, 2)))
+"""Of the same; there are fewer of them."""
+
 INK, FAINT, SHADOW, LEFT_OUT = "#222222", "#8a8f98", "#e7e9ee", "#c0392b"
+"""What was left out is a cross as well."""
+QUIET = "#555b66"
+"""Of words that explain."""
+SUCCEEDED, FAILED = "#1a6fb5", "#d1490c"
+"""Cases of a sweep, as on its page."""
 
 DPI = 110
 

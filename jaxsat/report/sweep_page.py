@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from jaxsat.report.html import Facts, Live, Picture, Remarks, Section, Table, page
+from jaxsat.report.html import page
+from jaxsat.report.sections import Facts, Folded, Live, Picture, Remarks, Section, Table
 from jaxsat.significant import count_text, spans_text, unit_text, value_text
 from jaxsat.sweep.names import title_of_input, title_of_scenario
 from jaxsat.sweep.scenario import Scenario
@@ -57,7 +58,7 @@ def sweep_page(
         _failures(scenario, status, words),
         *([] if compared is None else [_comparison(compared, metrics)]),
         Remarks("Assumed", scenario.assumptions),
-        Facts("Options", [(name, str(value)) for name, value in summary["options"].items()]),
+        Folded(Facts("Options", [(name, str(value)) for name, value in summary["options"].items()])),
         Facts("Drawn for each case", [_drawn(one) for one in scenario.inputs]),
     ]
     return page(
@@ -114,7 +115,7 @@ def _left_out(metrics: Sequence[MetricSummary]) -> list[str]:
 def _percentiles(metrics: Sequence[MetricSummary]) -> Table:
     rows = []
     for m in metrics:
-        numbers = (_text(m.percentiles[key]) for key in ("p05", "p50", "p95", "max"))
+        numbers = (_text(m.shown(key)) for key in ("p05", "p50", "p95", "max"))
         rows.append((m.title, *numbers, unit_text(m.unit), _thousands(m.cases), _sentence(m.meaning)))
         if m.missing and m.all_cases is not None:
             numbers = (_text(m.all_cases[key]) for key in ("p05", "p50", "p95"))
@@ -166,9 +167,10 @@ def _data(scenario, summary, status, metrics, column, chosen, words) -> dict[str
             "cases": m.cases,
             "missing": m.missing,
             "beyond": m.beyond,
-            "marks": [_number(m.percentiles[key]) for key in ("p05", "p50", "p95")],
+            "marks": [_number(m.shown(key)) for key in ("p05", "p50", "p95")],
             "edges": [float(f"{edge:.6g}") for edge in m.edges],
             "logarithmic": m.logarithmic,
+            "whole": m.whole,
             "succeeded": m.succeeded.tolist(),
             "failed": m.failed.tolist(),
             "values": _packed(column(m.name)[chosen]),

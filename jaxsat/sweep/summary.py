@@ -14,9 +14,12 @@ from jaxsat.sweep.scenario import Metric, Scenario, as_numbers
 
 SCHEMA = "jaxsat.sweep/1"
 PERCENTILES = {"p05": 5.0, "p50": 50.0, "p95": 95.0}
-BINS = 60
+BINS, FEWEST_BINS = 60, 12
+"""Most bins of a histogram and fewest; between them twice the root of the number of cases."""
 _WIDE = 50.0
 """A positive metric whose 95th percentile is this many times its 5th is counted in logarithmic bins."""
+_NOTHING = 1e-9
+"""What is less than so much of the 95th percentile counts as zero for the axis: rounding is no outcome."""
 _WHOLE = 1e15
 """Beyond it every number is whole."""
 _TAIL = 1.5
@@ -48,6 +51,16 @@ class MetricSummary:
     cases: int = 0
     """Cases that have it: those of the percentiles."""
     meaning: str = ""
+
+    @property
+    def whole(self) -> bool:
+        """Whether bins end between two whole numbers: then it counts something."""
+        return self.edges.size > 1 and bool(np.all((self.edges - 0.5) % 1.0 == 0.0))
+
+    def shown(self, name: str) -> float:
+        """A percentile as people read it: zero where it is zero but for rounding."""
+        value = self.percentiles[name]
+        return 0.0 if abs(value) <= _NOTHING * abs(self.percentiles["p95"]) else value
 
     @property
     def title(self) -> str:
@@ -99,9 +112,11 @@ def summarise_metric(name: str, metric: Metric, values: np.ndarray, success: np.
 
 def _edges(values: np.ndarray, p05: float, p95: float) -> np.ndarray:
     low, high = float(values.min()), float(values.max())
+    bins = min(BINS, max(FEWEST_BINS, math.ceil(2.0 * math.sqrt(values.size))))
     if np.all(values == np.round(values)) and abs(low) < _WHOLE and abs(high) < _WHOLE:
-        return _whole_edges(low, high, p05, p95)
-    wide = low > 0.0 and p95 > _WIDE * p05
+        return _whole_edges(low, high, p05, p95, bins)
+    # No axis goes down into rounding, as of an angle that is zero but for the last bits.
+    wide = low > _NOTHING * p95 and p95 > _WIDE * p05
     if wide:
         low, high, p05, p95 = (math.log(x) for x in (low, high, p05, p95))
     tail = _TAIL * (p95 - p05)
@@ -110,15 +125,15 @@ def _edges(values: np.ndarray, p05: float, p95: float) -> np.ndarray:
         # All alike: one bar in the middle.
         half = 0.5 * abs(low) or 0.5
         low, high = low - half, high + half
-    edges = np.linspace(low, high, BINS + 1)
+    edges = np.linspace(low, high, bins + 1)
     return np.exp(edges) if wide else edges
 
 
-def _whole_edges(low: float, high: float, p05: float, p95: float) -> np.ndarray:
+def _whole_edges(low: float, high: float, p05: float, p95: float, bins: int) -> np.ndarray:
     """Of numbers that are whole: each bin holds as many of them, and ends between two."""
     tail = _TAIL * (p95 - p05)
     first, last = max(low, math.floor(p05 - tail)), min(high, math.ceil(p95 + tail))
-    width = math.ceil((last - first + 1.0) / BINS)
+    width = math.ceil((last - first + 1.0) / bins)
     count = math.ceil((last - first + 1.0) / width)
     return first - 0.5 + width * np.arange(count + 1.0)
 

@@ -113,6 +113,7 @@ def current_columns(session: SimulatedSession) -> dict[str, np.ndarray]:
 def pictures(session: SimulatedSession, plan: SessionPlan) -> dict[str, bytes]:
     """Returns the pictures as PNG by file name."""
     from jaxsat.plotting import draw_currents, png_bytes
+    from jaxsat.plotting.currents import SIMULATED
     from jaxsat.plotting.history import draw_history
 
     truth, s = session.truth, plan.settings
@@ -129,7 +130,9 @@ def pictures(session: SimulatedSession, plan: SessionPlan) -> dict[str, bytes]:
         weight=np.ones((len(truth.t), 6)),
         lit=lit,
         limited=limited,
+        title="Simulated panel currents",
         subtitle=subtitle,
+        words=SIMULATED,
     )
     angles = angle_columns(session)
     charts = {

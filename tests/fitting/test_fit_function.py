@@ -13,6 +13,7 @@ from experiments.twins.write import write_session
 from fitting.measurements.assembly import Samples, channels_within
 from fitting.measurements.units import turns_between
 from fitting.parameters.chosen import chosen_leaves
+from fitting.report.between import between_samples
 from fitting.run import fit
 from fitting.settings import FitSettings
 from fitting.solvers.chunk import solve_chunk
@@ -90,6 +91,29 @@ def test_profiles_are_parabolas_about_the_truth(twin):
             assert (end - p.best) / p.sigma == pytest.approx(z, rel=0.03)
         (own,) = [q for q in twin.result.parameters if q.name == p.name]
         assert (own.value, own.sigma, own.unit) == (pytest.approx(p.best), pytest.approx(p.sigma), p.unit)
+
+
+def test_lines_between_the_samples_are_the_model_s_own(twin):
+    """Straight lines through its points, against the model integrated to other instants; attitude against the truth."""
+    fit, result = twin.fit, twin.result
+    between = between_samples(result, fit.found, fit.around, fit.looked)
+    assert between is not None
+    turn = Rotation.from_quat(between.quaternion_inertial_from_body, scalar_first=True)
+    assert np.degrees((turn[1:].inv() * turn[:-1]).magnitude()).max() < 4.5
+    assert np.isin(np.round(result.t_s, 4), between.t_s).all()
+    middle = result.t_s[:-1] + 0.37 * np.diff(result.t_s)
+    q, _ = fit.motion(middle)
+    drawn = Slerp(between.t_s, turn)(middle)
+    assert np.degrees((drawn.inv() * Rotation.from_quat(q, scalar_first=True)).magnitude()).max() < 0.05
+    for name, channel in result.channels.items():
+        modelled, _ = fit.predict(name, middle)
+        lines = np.column_stack([np.interp(middle, between.t_s, column) for column in between.readings[name].T])
+        error = np.abs(lines - modelled) / channel.sigma
+        # At an edge of light a line is off by as much as there is of it between two points.
+        assert np.median(error) < 0.02 and np.quantile(error, 0.99) < 0.5
+        # From sample to sample it would be more: the reason for all of it.
+        chords = np.column_stack([np.interp(middle, channel.t_s, column) for column in channel.modelled.T])
+        assert np.median(np.abs(chords - modelled)) > 3.0 * np.median(np.abs(lines - modelled))
 
 
 def test_channels_are_predicted_as_promised(twin):

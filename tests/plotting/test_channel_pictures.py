@@ -10,6 +10,7 @@ from matplotlib.image import imread
 from jaxsat.plotting import png_bytes
 from jaxsat.plotting.channels import Readings, Timeline, column_colours, draw_motion, draw_readings, draw_worth
 from jaxsat.plotting.channels.timeline import HELD_OUT
+from jaxsat.plotting.style import AXIS_COLOURS
 
 T = 5.0 * np.arange(40)
 FITTED = T < 120.0
@@ -113,4 +114,4 @@ def test_worth_of_nothing_and_of_much():
 
 def test_colours_are_those_of_the_axes_for_three():
     assert len(set(column_colours(8))) == 8 and len(column_colours(13)) == 13
-    assert column_colours(3)[0] == "#2e8b3d"
+    assert column_colours(3) == list(AXIS_COLOURS.values())

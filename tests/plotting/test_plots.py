@@ -5,6 +5,7 @@ import struct
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.image import imread
 
 from jaxsat.plotting import (
@@ -18,6 +19,7 @@ from jaxsat.plotting import (
     draw_parameters,
     png_bytes,
 )
+from jaxsat.plotting.currents import SIMULATED
 from jaxsat.plotting.style import nice_ceiling, shadow_spans
 
 T = 64.0 * np.arange(30)
@@ -102,6 +104,25 @@ def test_picture_is_a_png_with_something_on_it(name):
             pixels[half_y:, half_x:],
         ):
             assert part.std() > 0.02
+
+
+def test_words_beside_a_cube_keep_apart():
+    """Nadir and field along one line, and the Sun along the eye's: no name lies on another, or out of sight."""
+    held = scene(shadow=False)
+    held["track"]["field_uT"] = (-30.0 * np.asarray(held["track"]["position_km"]) / 7200.0).tolist()
+    figure = draw_orbit(held)
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    names = [text for text in figure.axes[0].texts if text.get_text() in ("Sun", "B", "nadir")]
+    boxes = [text.get_window_extent(renderer) for text in names]
+    # Four cubes of three, and the Sun of the orbit.
+    assert len(boxes) == 13
+    assert not any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[:k])
+    assert all(0.0 < box.y0 and box.y1 < figure.bbox.height for box in boxes)
+
+
+def test_simulated_currents_are_called_so():
+    texts = [text.get_text() for text in currents(words=SIMULATED).legends[0].get_texts()]
+    assert texts[0].startswith("simulated") and not any("fit" in text or "measured" in text for text in texts)
 
 
 def test_equal_data_give_equal_bytes():

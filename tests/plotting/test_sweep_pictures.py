@@ -46,6 +46,20 @@ def test_failures_can_be_seen():
     assert drawn(SUCCESS) != drawn(np.ones(3000, bool))
 
 
+def test_bins_hold_whole_numbers_and_never_go_down_into_rounding():
+    counted = summarise_metric("firings", Metric("1", ""), RNG.poisson(6.0, 3000).astype(float), SUCCESS)
+    # Zero but for the last bits in nine cases of ten.
+    zero = np.where(RNG.random(3000) < 0.9, 1e-14 * RNG.random(3000), 10.0 * RNG.random(3000))
+    rounding = summarise_metric("worst_estimate_deg", Metric("deg", "largest error"), zero, SUCCESS)
+    few = summarise_metric("few", Metric("1", ""), RNG.normal(size=40), np.ones(40, bool))
+    axes = draw_distributions([counted, rounding, few]).axes
+    assert counted.whole and not rounding.whole and not rounding.logarithmic and len(few.edges) == 14
+    assert all(tick == round(tick) for tick in axes[0].get_xticks())
+    assert axes[1].get_xscale() == "linear" and axes[1].get_xlabel() == "Worst estimate, deg"
+    assert axes[1].get_title("left").startswith("5, 50, 95 %: 0.000, 0.000, ")
+    assert "largest error" in [text.get_text() for text in axes[1].texts]
+
+
 def test_history():
     t = np.linspace(0.0, 100.0, 50)
     panels = {"angle, deg": {"": np.sin(t)}, "rate, deg/s": {c: np.cos(t + k) for k, c in enumerate("xyz")}}

@@ -8,7 +8,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from jaxsat.report import Facts, Live, Picture, Remarks, Table, page
+from jaxsat.report import Contents, Facts, Folded, KeyNumbers, Lead, Link, Live, Picture, Remarks, Table, page
 
 PNG = b"\x89PNG\r\n\x1a\n" + bytes(range(64))
 VOID = {"meta", "link", "img"}
@@ -33,6 +33,7 @@ class Balance(HTMLParser):
         self.texts.append(data)
 
 
+TABLE = Link("channel-a%20b.csv", "channel-a b.csv")
 DATA = {"text": "</script><!-- & \u2028", "numbers": [1.5, None]}
 
 
@@ -44,13 +45,21 @@ def make(data=None) -> str:
         verdict_text="Ambiguous.",
         message="two minima",
         sections=[
-            Remarks("Warnings", ["chi2 is <null>"]),
+            Lead(
+                [
+                    KeyNumbers("Key numbers", [("rate", "0.7 deg/s", "a <few> words")]),
+                    Contents("On this page", [TABLE]),
+                ],
+                [Remarks("Warnings", ["chi2 is <null>"])],
+            ),
             Facts("Fit", [("chi2", "101.5")]),
             Picture("Profile", PNG, 'six "panels"'),
-            Live("currents", "Panel currents", Picture("Panel currents", PNG, "with a picture")),
+            Live("currents", "Panel currents", Picture("Panel currents", PNG, "with a picture"), [TABLE]),
             Live("motion", "Motion"),
             Table("Parameters", ("name", "value"), [("imax", "251.4")], (1,), note="in mA"),
+            Folded(Table("Settings", ("key", "value"), [("starts", "8")])),
             Table("Nothing here", ("a",), []),
+            Folded(Table("Nothing folded", ("a",), [])),
             Remarks("Nor here", []),
             Facts("Nor there", []),
         ],
@@ -70,7 +79,7 @@ def test_page_is_well_formed_and_complete(html):
     text = " ".join(reader.texts)
     for expected in ("Fit of <a> & b", "Ambiguous.", "two minima", "chi2 is <null>", "101.5", "251.4", "in mA"):
         assert expected in text
-    for absent in ("Nothing here", "Nor here", "Nor there"):
+    for absent in ("Nothing here", "Nothing folded", "Nor here", "Nor there"):
         assert absent not in text
     assert 'class="verdict doubtful"' in html and '<td class="number">251.4</td>' in html
 
@@ -106,8 +115,29 @@ def test_data_cannot_end_its_block():
 
 
 def test_a_place_without_a_picture_is_not_seen_without_the_script(html):
-    assert '<section data-live="motion" hidden>' in html
-    assert '<section data-live="currents">' in html and "<details open>" in html
+    assert '<section id="motion" data-live="motion" hidden>' in html
+    assert '<section id="panel-currents" data-live="currents">' in html and "<details open>" in html
+
+
+def test_the_contents_lead_to_every_part_and_to_the_files(html):
+    (contents,) = re.findall(r'<nav class="contents".*?</nav>', html, re.S)
+    targets = re.findall(r'href="#([^"]*)"', contents)
+    assert targets == [
+        "key-numbers",
+        "warnings",
+        "fit",
+        "profile",
+        "panel-currents",
+        "motion",
+        "parameters",
+        "settings",
+    ]
+    assert sorted(targets) == sorted(re.findall(r'<section id="([^"]*)"', html))
+    # What the script alone shows is not to be gone to without it.
+    assert '<li hidden><a href="#motion">' in contents and contents.count("<li hidden>") == 1
+    assert html.count('href="channel-a%20b.csv"') == 2
+    assert re.search(r'<details class="folded"><summary><h2>Settings</h2></summary>\s*<div', html)
+    assert "a &lt;few&gt; words" in html
 
 
 def test_page_serves_dark_screens_and_phones(html):

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 from fitting.orbit.orbit_fit import OrbitFit
 from fitting.outcome.result import FitResult
+from fitting.report.curves_document import curves_document
 from fitting.report.fit.document import fit_document
 from fitting.report.fit.drawing import Draw
 from fitting.report.fit.owned import file_stems
-from fitting.report.fit.page import fit_page
 from fitting.report.fit.surroundings import Surroundings
 from fitting.report.fit.tables import ATTITUDE_COLUMNS, write_attitude, write_channel
 from fitting.report.orbit_document import elements_document
+from fitting.report.page.page import fit_page
 from jaxsat.files.json_files import plain, write_json
 from jaxsat.satellites import Satellite
 from jaxsat.telemetry import TableSession
@@ -94,6 +95,8 @@ def write_fit(
     (stage / "report.html").write_text(html, encoding="utf-8")
     if scene is not None:
         write_json(stage / "scene.json", scene)
+    if result.between is not None:
+        write_json(stage / "curves.json", curves_document(result.between))
     write_json(stage / "provenance.json", provenance)
     write_json(stage / "fit.json", document)
     return warnings

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-FILES = ("fit.json", "report.html", "provenance.json", "scene.json", "attitude.csv")
+FILES = ("fit.json", "report.html", "provenance.json", "scene.json", "curves.json", "attitude.csv")
 PICTURES = ("attitude.png", "field_angle.png", "orbit.png", "parameters.png", "worth.png")
 OLD = ("currents.csv", "currents.png")
 """What fits of earlier versions wrote."""

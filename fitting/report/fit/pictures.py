@@ -5,6 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from fitting.outcome.result import FitResult
 from fitting.report.fit.owned import file_stems
@@ -25,11 +26,14 @@ def draw_fit(result: FitResult, label: str, scene: Mapping[str, Any] | None = No
     """Returns the pictures of a fit as PNG by file name; that of the orbit is of its `scene`."""
     subtitle, timeline = f"{label}: {result.verdict}", timeline_of(result)
     rates = np.degrees(result.angular_velocity_rad_s)
-    figures = {"attitude.png": draw_motion(result.t_s, rates, result.attitude_sigma_deg, timeline, subtitle=subtitle)}
+    b = result.between
+    curve = None if b is None else (b.t_s, np.degrees(b.angular_velocity_rad_s))
+    motion = draw_motion(result.t_s, rates, result.attitude_sigma_deg, timeline, curve=curve, subtitle=subtitle)
+    figures = {"attitude.png": motion}
     stems = file_stems(result.channels)
     for name, channel in result.channels.items():
         figures[f"{stems[name]}.png"] = draw_readings(
-            readings_of(channel),
+            readings_of(channel, result.between),
             timeline,
             unit=unit_text(channel.unit),
             title=f"{name}: measured and modelled",
@@ -46,6 +50,7 @@ def draw_fit(result: FitResult, label: str, scene: Mapping[str, Any] | None = No
             result.field_angle_sigma_deg,
             attitude_sigma_deg=result.attitude_sigma_deg,
             lit=lit_of(result),
+            curve=_field_angle_between(result, scene),
             subtitle=subtitle,
         )
     if scene is not None:
@@ -56,6 +61,18 @@ def draw_fit(result: FitResult, label: str, scene: Mapping[str, Any] | None = No
     with ThreadPoolExecutor(2, thread_name_prefix="png") as pool:
         encoded = {name: pool.submit(png_of, rendered(figure)) for name, figure in figures.items()}
     return {name: png.result() for name, png in encoded.items()}
+
+
+def _field_angle_between(result: FitResult, scene: Mapping[str, Any] | None) -> tuple[np.ndarray, np.ndarray] | None:
+    """Times and angles [deg] of body x to the field between the samples; None where they are not known."""
+    if result.between is None or scene is None:
+        return None
+    t, field = result.between.t_s, np.asarray(scene["track"]["field_uT"])
+    along = np.linspace(scene["begin_s"], scene["end_s"], len(field))
+    outside = np.column_stack([np.interp(t, along, column) for column in field.T])
+    turned = Rotation.from_quat(result.between.quaternion_inertial_from_body, scalar_first=True)
+    body = turned.inv().apply(outside)
+    return t, np.degrees(np.arctan2(np.linalg.norm(body[:, 1:], axis=1), body[:, 0]))
 
 
 def lit_of(result: FitResult) -> np.ndarray:

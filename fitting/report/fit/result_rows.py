@@ -105,15 +105,15 @@ def fit_facts(result: FitResult) -> list[tuple[str, str]]:
     elif result.gauge and not result.unseen:
         facts.append(("by definition", result.gauge))
     if len(result.unseen) > len(defined):
-        facts.append(("held by the priors", _weak_text([d for d in result.unseen if d not in defined])))
+        facts.append(("held by the priors", weak_text([d for d in result.unseen if d not in defined])))
     facts += [(f"axes of {name}", ", ".join(axes)) for name, axes in result.axes.items()]
     times = ", ".join(f"{name} {seconds:.1f} s" for name, seconds in result.timing_s.items() if seconds > 0.0)
     facts.append(("time", times))
     return facts
 
 
-def _weak_text(weak: Sequence[Direction]) -> str:
-    """How many combinations the priors hold, and those of them that the data see least."""
+def weak_text(weak: Sequence[Direction]) -> str:
+    """Returns how many combinations the priors hold, and those of them that the data see least."""
     weakest = sorted(weak, key=lambda d: d.information)[:SHOWN_WEAK]
     more = ", the weakest " if len(weak) > 1 else ": "
     return f"{count_text(len(weak), 'combination')} of parameters{more}{'; '.join(d.name for d in weakest)}"

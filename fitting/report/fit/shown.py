@@ -1,25 +1,33 @@
 """A channel as tables, pictures and the page show it."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
 from fitting.outcome.diagnostics import counted_of, differences_of
-from fitting.outcome.result import ChannelFit
+from fitting.outcome.result import Between, ChannelFit
 from jaxsat.panel_names import PANEL_COLOURS
-from jaxsat.plotting.channels.readings import Readings
+from jaxsat.plotting.channels.readings import Curve, Readings
 from jaxsat.plotting.channels.timeline import column_colours
 from jaxsat.significant import unit_text, value_text
 
 ATTITUDE_KIND, PANELS_KIND = "StarTracker", "Panels"
 
 
-def readings_of(channel: ChannelFit) -> Readings:
-    """The channel's arrays; quaternions without a change of sign from sample to sample, measured ones as modelled."""
+def readings_of(channel: ChannelFit, between: Between | None = None) -> Readings:
+    """The channel's arrays; quaternions without a change of sign from sample to sample, measured ones as modelled.
+
+    `between` is what is modelled between the samples, if it is known.
+    """
     measured, modelled, count = channel.measured, channel.modelled, channel.residual.shape[1]
+    curve = None if between is None else _curve(channel.name, between)
     if channel.kind == ATTITUDE_KIND:
-        turned = np.einsum("ni,ni->n", modelled[1:], modelled[:-1]) < 0.0
-        modelled = np.where(np.concatenate([[False], turned])[:, None].cumsum(axis=0) % 2, -modelled, modelled)
+        modelled = _without_jumps(modelled)
+        if curve is not None:
+            curve = replace(curve, modelled=_without_jumps(curve.modelled))
+            near = curve.modelled[np.clip(np.searchsorted(curve.t_s, channel.t_s - 1e-3), 0, len(curve.t_s) - 1)]
+            modelled = np.where(np.einsum("ni,ni->n", modelled, near)[:, None] < 0.0, -modelled, modelled)
         measured = np.where(np.nansum(measured * modelled, axis=1, keepdims=True) < 0.0, -measured, measured)
     same, differences = count == len(channel.columns), differences_of(channel)
     panels = channel.kind == PANELS_KIND
@@ -38,7 +46,19 @@ def readings_of(channel: ChannelFit) -> Readings:
         notes=_notes(channel) if same else (),
         colours=panel_colours(channel.columns) if panels else (),
         shared=panels,
+        curve=curve,
     )
+
+
+def _curve(name: str, between: Between) -> Curve:
+    """What is modelled of a channel."""
+    return Curve(between.t_s, between.readings[name], between.direct.get(name))
+
+
+def _without_jumps(quaternions: np.ndarray) -> np.ndarray:
+    """The same turns [time 4] without a change of sign from one to the next."""
+    turned = np.einsum("ni,ni->n", quaternions[1:], quaternions[:-1]) < 0.0
+    return np.where(np.concatenate([[False], turned])[:, None].cumsum(axis=0) % 2, -quaternions, quaternions)
 
 
 def _telling(channel: ChannelFit) -> np.ndarray:

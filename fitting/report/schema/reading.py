@@ -10,7 +10,7 @@ from jaxsat.files.json_files import read_json
 from jaxsat.files.toml_files import validated
 
 LIMIT_BYTES = 256 * 2**20
-FIT, PROVENANCE, SCENE = SCHEMA, "jaxsat.provenance/1", "jaxsat.scene/1"
+FIT, PROVENANCE, SCENE, CURVES = SCHEMA, "jaxsat.provenance/1", "jaxsat.scene/1", "jaxsat.curves/1"
 
 
 def read_stored(path: Path, schema: str, kind: type[Stored]) -> dict[str, Any]:

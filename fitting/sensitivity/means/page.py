@@ -4,8 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from fitting.sensitivity.means.wording import share_text
-from jaxsat.report import Facts, Picture, Remarks, Table, page
-from jaxsat.report.html import Section
+from jaxsat.report import Facts, Picture, Remarks, Section, Table, page
 from jaxsat.significant import unit_text, value_and_sigma, value_text
 from jaxsat.sweep.names import title_of, title_of_scenario
 

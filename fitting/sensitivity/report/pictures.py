@@ -8,7 +8,7 @@ from matplotlib.ticker import FuncFormatter
 from fitting.sensitivity.analysis import Sensitivity
 from jaxsat.plotting.style import FAINT, INK, dress, head, new_figure, png_bytes, shade_shadow, time_limits
 
-NOISE, ASSUMED, PRIOR = "#14497a", "#c0392b", "#b9c0ca"
+NOISE, ASSUMED, PRIOR = "#14497a", "#d98e00", "#b9c0ca"
 MOST_BARS = 40
 """Numbers in one picture."""
 BAR_IN = 0.21

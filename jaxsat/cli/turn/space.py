@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from fitting.session import PreparedSession
 from jaxsat.environment import CylinderShadow, magnetic_field_eci
 from jaxsat.files.json_files import plain
-from jaxsat.panel_names import PANEL_COLOURS
+from jaxsat.panel_names import PANEL_COLOURS, PAPER_COLOURS
 from jaxsat.plotting import draw_turn_in_space
 from jaxsat.report import Live, Picture, page
 
@@ -162,6 +162,7 @@ def turn_page(
         "epoch_utc": epoch_utc,
         "turn": {"about": about, "t_s": around.t_s, "angle_deg": chosen_deg},
         "panels": [{"name": name.upper(), "colour": colour} for name, colour in PANEL_COLOURS.items()],
+        "paper": {colour: PAPER_COLOURS[name] for name, colour in PANEL_COLOURS.items()},
         "size": [1.0, 1.0, 1.0],
         "held_s": [],
         "samples": {
@@ -180,7 +181,7 @@ def turn_page(
     return page(
         title,
         subtitle=subtitle,
-        verdict="doubtful",
+        verdict="plain",
         verdict_text=f"By {chosen_deg:.4g} deg.",
         message=message,
         sections=sections,

@@ -2,8 +2,10 @@
 
 import os
 import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
+from urllib.parse import quote
 
 from cyclopts import Parameter, validators
 
@@ -41,9 +43,9 @@ def view(
     from fitting.report.stored_run import read_run
     from jaxsat.files.staging import staged_directory
 
-    found = read_run(run)
-    page = found.page
     target = out or run
+    found = read_run(run, base=way_to(run, target))
+    page = found.page
     with staged_directory(target, [REPORT]) as stage:
         (stage / REPORT).write_text(page, encoding="utf-8")
     if found.scene is None:
@@ -52,12 +54,23 @@ def view(
     if port is not None:
         from jaxsat.cli.view.serving import serve
 
-        serve(page.encode(), port)
+        serve(page.encode(), port, tables_of(run, found.provenance))
     elif open_page and has_screen():
         import webbrowser
 
         webbrowser.open((target / REPORT).resolve().as_uri())
     return 0
+
+
+def way_to(run: Path, target: Path) -> str:
+    """What links of a page in `target` begin with, so that they lead to files of the run; empty in the run itself."""
+    way = os.path.relpath(run.resolve(), target.resolve())
+    return "" if way == "." else f"{quote(Path(way).as_posix())}/"
+
+
+def tables_of(run: Path, provenance: Mapping[str, Any]) -> dict[str, Path]:
+    """The files that the page of a run links to, by their names."""
+    return {name: run / name for name in (*provenance["columns"], "fit.json", "provenance.json")}
 
 
 def has_screen() -> bool:

@@ -1,11 +1,14 @@
-"""One page served to a browser of this machine, which may be at the other end of an SSH tunnel."""
+"""A page and its tables served to a browser of this machine, which may be at the other end of an SSH tunnel."""
 
 import re
 import sys
 import threading
+from collections.abc import Mapping
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 from socket import socket
 from typing import Any
+from urllib.parse import unquote
 
 from jaxsat.errors import InputError
 
@@ -17,14 +20,15 @@ PATIENCE_S = 10.0
 
 
 class OnePage(ThreadingHTTPServer):
-    """Answers every request with the page; connections beyond `MOST_AT_ONCE` are closed at once."""
+    """Answers all requests with the page, but those for its tables; connections beyond `MOST_AT_ONCE` are closed."""
 
     daemon_threads = True
     request_queue_size = 4 * MOST_AT_ONCE
 
-    def __init__(self, page: bytes, port: int):
+    def __init__(self, page: bytes, port: int, tables: Mapping[str, Path]):
         super().__init__(("127.0.0.1", port), _Answer)
-        self.page, self._free = page, threading.Semaphore(MOST_AT_ONCE)
+        self.page, self.tables = page, tables
+        self._free = threading.Semaphore(MOST_AT_ONCE)
 
     def process_request(self, request: Any, client_address: Any) -> None:
         """In a thread of its own, where one is free."""
@@ -54,21 +58,28 @@ class _Answer(BaseHTTPRequestHandler):
         if re.sub(":[0-9]*$", "", self.headers.get("Host", "")).lower() not in NAMES:
             self.send_error(403, "Ask for localhost")
             return
-        page = self.server.page
+        table = self.server.tables.get(unquote(self.path.lstrip("/")))
+        # Not a link to a file, which may be any.
+        found = table is not None and table.is_file() and not table.is_symlink()
+        content = table.read_bytes() if table is not None and found else self.server.page
         self.send_response(200)
-        self.send_header("Content-Type", "text/html; charset=utf-8")
-        self.send_header("Content-Length", str(len(page)))
+        self.send_header("Content-Type", "text/plain; charset=utf-8" if found else "text/html; charset=utf-8")
+        self.send_header("Content-Length", str(len(content)))
+        self.send_header("X-Content-Type-Options", "nosniff")
         self.end_headers()
-        self.wfile.write(page)
+        self.wfile.write(content)
 
     def log_message(self, format: str, *args: object) -> None:
         """Silent: the page is asked for by one person."""
 
 
-def serve(page: bytes, port: int) -> None:
-    """Answers every request on 127.0.0.1 with the page, until interrupted; raises `InputError` for a port in use."""
+def serve(page: bytes, port: int, tables: Mapping[str, Path] | None = None) -> None:
+    """Answers requests on 127.0.0.1 with the page, until interrupted; raises `InputError` for a port in use.
+
+    `tables` are the files that it links to, by their names: these and no others are given.
+    """
     try:
-        server = OnePage(page, port)
+        server = OnePage(page, port, tables or {})
     except OSError as error:
         raise InputError(f"cannot be used: {error.strerror}", field=f"port {port}") from None
     with server:

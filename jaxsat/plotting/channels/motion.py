@@ -5,9 +5,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from jaxsat.plotting.channels.timeline import Timeline
-from jaxsat.plotting.style import AXIS_COLOURS, FAINT, INK, dress, head, new_figure, nice_ceiling
+from jaxsat.plotting.style import AXIS_COLOURS, AXIS_STYLES, FAINT, INK, dress, head, new_figure, nice_ceiling
 
 HEIGHT_IN = 5.6
+DOTS = 150
+"""Samples up to which each has a dot."""
 
 
 def draw_motion(
@@ -16,14 +18,22 @@ def draw_motion(
     attitude_sigma_deg: np.ndarray,
     timeline: Timeline,
     *,
+    curve: tuple[np.ndarray, np.ndarray] | None = None,
     title: str = "Angular velocity and attitude",
     subtitle: str = "",
 ) -> Figure:
-    """Returns the picture of rates [time 3] about the body axes; below, the attitude's 1-sigma [time 3] about them."""
+    """Returns the picture of rates [time 3] about the body axes; below, the attitude's 1-sigma [time 3] about them.
+
+    `curve` are times and rates [time 3] of the motion between the samples, which the lines then go through.
+    """
     figure = new_figure(9.6, HEIGHT_IN, title, subtitle)
     frame = {"left": 0.075, "right": 0.985, "top": 0.81, "bottom": 0.09, "hspace": 0.26}
     upper, lower = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.6, 1.0], **frame})
-    _curves(upper, t_s, rate_deg_s, "", dots=True)
+    _curves(upper, *(curve or (t_s, rate_deg_s)), "")
+    for colour, column in zip(AXIS_COLOURS.values(), rate_deg_s.T, strict=True):
+        # More dots would hide the dashes.
+        if len(t_s) <= DOTS:
+            upper.plot(t_s, column, ".", color=colour, markersize=2.6)
     _curves(lower, t_s, attitude_sigma_deg, "about ")
     head(upper, "angular velocity about body x, y, z, deg/s")
     head(lower, "1σ of a small turn, deg")
@@ -36,7 +46,7 @@ def draw_motion(
         dress(axes)
         timeline.dress(axes)
     lower.set_xlabel("time since epoch, s", fontsize=9, color=INK)
-    handles = [*upper.get_lines()[::2], *timeline.legend()]
+    handles = [*upper.get_lines()[:3], *timeline.legend()]
     figure.legend(
         handles=handles,
         loc="upper left",
@@ -48,9 +58,6 @@ def draw_motion(
     return figure
 
 
-def _curves(axes: Axes, t_s: np.ndarray, values: np.ndarray, prefix: str, *, dots: bool = False) -> None:
+def _curves(axes: Axes, t_s: np.ndarray, values: np.ndarray, prefix: str) -> None:
     for (axis, colour), column in zip(AXIS_COLOURS.items(), values.T, strict=True):
-        axes.plot(t_s, column, color=colour, linewidth=1.2, label=f"{prefix}{axis}")
-        if dots:
-            # Samples may lie further apart than the motion's own period, and a line would then be a tale.
-            axes.plot(t_s, column, ".", color=colour, markersize=2.6)
+        axes.plot(t_s, column, color=colour, linestyle=AXIS_STYLES[axis], linewidth=1.2, label=f"{prefix}{axis}")

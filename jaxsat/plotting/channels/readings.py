@@ -23,6 +23,27 @@ NARROW = 3
 
 
 @dataclass(frozen=True)
+class Words:
+    """What the curves and marks of a picture are called."""
+
+    measured: str = "measured"
+    modelled: str = "modelled"
+    left_out: str = "left out of the fit"
+    residual: str = "resid."
+
+
+@dataclass(frozen=True)
+class Curve:
+    """What is modelled between the samples: where a line from one to the next would cut corners."""
+
+    t_s: np.ndarray
+    modelled: np.ndarray
+    """[time columns] NaN where nothing is modelled."""
+    direct: np.ndarray | None = None
+    """[time columns] the part of direct sunlight in it."""
+
+
+@dataclass(frozen=True)
 class Readings:
     """Readings of a channel at its own times, in its unit."""
 
@@ -50,6 +71,13 @@ class Readings:
     shared: bool = False
     """Whether all columns have one scale, from zero up."""
     residual_unit: str = "σ"
+    curve: Curve | None = None
+    """Without one the lines join the samples."""
+    words: Words = Words()
+
+    def drawn(self) -> Curve:
+        """What the lines go through."""
+        return self.curve or Curve(self.t_s, self.modelled, self.direct)
 
     def out(self) -> np.ndarray:
         """[time differences] bool: left out."""
@@ -68,7 +96,7 @@ class Readings:
         """Lower and upper end of the scale of a column; None where nothing is known of it."""
         columns = range(len(self.columns)) if self.shared else [k]
         used = ~self.out()[:, 0] if not self.paired else None
-        shown = [self.modelled[:, j] for j in columns]
+        shown = [self.drawn().modelled[:, j] for j in columns]
         shown += [self.measured[~self.out()[:, j] if used is None else used, j] for j in columns]
         values = np.concatenate(shown)
         values = values[np.isfinite(values)]
@@ -129,7 +157,8 @@ def draw_readings(readings: Readings, timeline: Timeline, *, unit: str, title: s
             _draw_residual(axes, r, k, colours[kind][k], limit)
             if not r.paired:
                 head(axes, r.differences[k], fontweight="bold", color=colours[kind][k])
-            dress(axes, y_label="resid. / σ" if r.residual_unit == "σ" else f"resid., {r.residual_unit}")
+            between = " / " if r.residual_unit == "σ" else ", "
+            dress(axes, y_label=f"{r.words.residual}{between}{r.residual_unit}")
         axes.tick_params(labelbottom=last)
         if last:
             axes.set_xlabel("time since epoch, s", fontsize=9, color=INK)
@@ -166,9 +195,10 @@ def _draw_reading(axes: Axes, r: Readings, k: int, colour: str) -> None:
     # Turns of an attitude are left out together, and so are its components.
     out, light = (marks[:, k if r.paired else 0] for marks in (r.out(), r.light()))
     plain = ~(out | light)
-    if r.direct is not None:
-        axes.plot(t, r.direct[:, k], color=FAINT, linewidth=0.8, linestyle=_DASHED, zorder=2)
-    axes.plot(t, r.modelled[:, k], color=colour, linewidth=1.4, alpha=0.75, zorder=3)
+    line = r.drawn()
+    if line.direct is not None:
+        axes.plot(line.t_s, line.direct[:, k], color=FAINT, linewidth=0.8, linestyle=_DASHED, zorder=2)
+    axes.plot(line.t_s, line.modelled[:, k], color=colour, linewidth=1.4, alpha=0.75, zorder=3)
     axes.plot(t[plain], r.measured[plain, k], ".", color=INK, markersize=3.6, zorder=4)
     axes.plot(t[light], r.measured[light, k], "o", markersize=3.4, zorder=4, **_HOLLOW)
     axes.plot(t[out], r.measured[out, k], "x", color=LEFT_OUT, markersize=4.5, markeredgewidth=1.0, zorder=5)
@@ -195,10 +225,11 @@ def _legend(r: Readings) -> list[Artist]:
     def mark(marker: str, label: str, **style: Any) -> Line2D:
         return Line2D([], [], **{"linestyle": "none", "marker": marker, "label": label, "markersize": 6, **style})
 
-    lines = [mark(".", "measured", color=INK), Line2D([], [], color="#666666", linewidth=2, label="modelled")]
+    lines = [mark(".", r.words.measured, color=INK)]
+    lines.append(Line2D([], [], color="#666666", linewidth=2, label=r.words.modelled))
     if r.direct is not None:
         lines.append(Line2D([], [], color=FAINT, linewidth=0.9, linestyle=_DASHED, label="direct sunlight alone"))
     if r.promised is not None:
         lines.append(Line2D([], [], color=FAINT, alpha=0.4, linewidth=7, label="promised ±1σ"))
     lines += [mark("o", "weighed down", **{**_HOLLOW, "markersize": 5})] if r.light().any() else []
-    return [*lines, *([mark("x", "left out of the fit", color=LEFT_OUT)] if r.out().any() else [])]
+    return [*lines, *([mark("x", r.words.left_out, color=LEFT_OUT)] if r.out().any() else [])]

@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from jaxsat.plotting.style import AXIS_COLOURS, SHADOW, shadow_spans
 
 HELD_OUT = "#fdf0d5"
-_COLOURS = ("#14497a", "#c79a00", "#8e44ad", "#3f9fd8", "#2e8b3d", "#8a4b20", "#c2255c", "#0f766e")
+_COLOURS = ("#14497a", "#d99e10", "#c26fa6", "#3b9fe8", "#0f8a64", "#a5400b", "#6b7280", "#c81fb0")
 Span = tuple[float, float]
 
 

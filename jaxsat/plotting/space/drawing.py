@@ -1,6 +1,6 @@
 """Earth, orbit and satellite in space, in parallel projection: what pictures of orbits and of turns are drawn of."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,15 +8,26 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
+from matplotlib.patheffects import withStroke
 
-from jaxsat.plotting.style import FAINT, INK, PANEL_COLOURS
+from jaxsat.plotting.style import AXIS_COLOURS, FAINT, INK, PANEL_COLOURS
 
 DAY, NIGHT, LINES = np.array([0.83, 0.90, 0.95]), np.array([0.42, 0.48, 0.56]), "#9db2c4"
-ORBIT, SHADOW_ARC, SUN, FIELD, X_AXIS = "#14497a", "#3a3f4a", "#d97706", "#c2255c", "#2e8b3d"
-EQUATOR, GREENWICH = "#0f766e", "#6d28d9"
+ORBIT, SHADOW_ARC, SUN, FIELD, NADIR, X_AXIS = (
+    "#14497a",
+    "#3a3f4a",
+    "#d98e00",
+    "#c81fb0",
+    "#4b5563",
+    AXIS_COLOURS["x"],
+)
+EQUATOR, GREENWICH = "#0891b2", "#6d28d9"
 PIXELS = 260
 """Of the Earth's picture from edge to edge."""
 TWILIGHT = 0.05
+RIM = [withStroke(linewidth=2.5, foreground="white")]
+LABEL_HALVES = (1.5, 0.6)
+"""Room of a word beside a cube, across and up, in halves of its edge."""
 MERIDIANS = {"equator": EQUATOR, "Greenwich": GREENWICH, "Sun's meridian": SUN}
 """Lines on the Earth and their colours."""
 
@@ -82,6 +93,7 @@ def draw_cube(
     `body` has the body axes as columns, inertial components as those of the vectors. In the `dark` the Sun is faint.
     """
     body = frame @ body
+    ends: list[np.ndarray] = []
     for name, (vector, colour) in ahead.items():
         direction = frame @ (vector / np.linalg.norm(vector))
         along, alpha = direction[:2], 0.45 if name == "Sun" and dark else 1.0
@@ -89,8 +101,10 @@ def draw_cube(
         level = 7 if direction[2] > 0.0 else 2
         arrows(axes, place[None], 2.7 * half * along[None], colour, zorder=level, alpha=alpha)
         outward = along / max(float(np.hypot(*along)), 1e-9)
-        end = place + half * (2.7 * along + 0.45 * outward)
-        write(axes, end, name, color=colour, alpha=alpha, fontweight="bold")
+        end = aside(axes, place + half * (2.7 * along + 0.45 * outward), ends, half)
+        ends.append(end)
+        # Above the faces, with a rim: an arrow to the eye ends on them.
+        write(axes, end, name, color=colour, alpha=alpha, fontweight="bold", zorder=8, path_effects=RIM)
     square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
     for k, (name, colour) in enumerate(PANEL_COLOURS.items()):
         axis, sign = k // 2, 1.0 - 2.0 * (k % 2)
@@ -101,6 +115,27 @@ def draw_cube(
         axes.add_patch(Polygon(corners, facecolor=colour, edgecolor=INK, linewidth=0.8, zorder=4))
         if normal[2] > 0.25:
             write(axes, place + half * normal[:2], name, color="white", fontsize=7, zorder=5)
+
+
+def aside(axes: Axes, end: np.ndarray, taken: Sequence[np.ndarray], half: float) -> np.ndarray:
+    """Returns a place for a word, moved up or down by as little as leaves those that are taken free, and in sight.
+
+    `half` is that of an edge of the cubes, in the units of the axes.
+    """
+    wide, tall = LABEL_HALVES[0] * half, LABEL_HALVES[1] * half
+    low, high = axes.get_ylim()
+    tried = [end + [0.0, step * tall] for step in (0.0, 1.0, -1.0, 2.0, -2.0, 3.0, -3.0, 4.0)]
+
+    def free(at: np.ndarray) -> bool:
+        seen = low + 0.5 * tall < at[1] < high - 0.5 * tall
+        return bool(seen) and all(_apart(at - other, wide, tall) >= 1.0 for other in taken)
+
+    return next(filter(free, tried), end)
+
+
+def _apart(between: np.ndarray, wide: float, tall: float) -> float:
+    """At least 1 where two words so far from each other do not touch."""
+    return float(max(abs(between[0]) / wide, abs(between[1]) / tall))
 
 
 def arrows(axes: Axes, origin: np.ndarray, along: np.ndarray, colour: str, **style: Any) -> None:

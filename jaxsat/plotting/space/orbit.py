@@ -11,12 +11,15 @@ from scipy.spatial.transform import Rotation
 from jaxsat.plotting.space.drawing import (
     FIELD,
     MERIDIANS,
+    NADIR,
     ORBIT,
+    RIM,
     SHADOW_ARC,
     SUN,
     X_AXIS,
     Frame,
     arrows,
+    aside,
     draw_cube,
     draw_earth,
     draw_ellipse,
@@ -24,7 +27,7 @@ from jaxsat.plotting.space.drawing import (
     name_lines,
     write,
 )
-from jaxsat.plotting.style import FAINT, INK, new_figure
+from jaxsat.plotting.style import INK, new_figure
 
 INSTANTS, ARROWS = 4, 19
 """Cubes beside the orbit, and arrows along it."""
@@ -54,14 +57,16 @@ def draw_orbit(scene: Mapping[str, Any], *, title: str = "Orbit and attitude", s
     towards = (frame @ sun)[:2]
     start = 0.275 * high * towards / np.hypot(*towards)
     arrows(axes, start[None], 0.4 * towards[None], SUN)
-    write(axes, start + 0.52 * towards, "Sun", color=SUN, fontweight="bold")
+    numbers = _number_places(frame, scene, position)
+    name = aside(axes, start + 0.52 * towards, numbers, 0.055 * high)
+    write(axes, name, "Sun", color=SUN, fontweight="bold", path_effects=RIM, zorder=8)
     colours = {"orbit": ORBIT, "in shadow": SHADOW_ARC, "body x": X_AXIS, "field B": FIELD}
     name_lines(figure, colours | MERIDIANS)
     for k, t in enumerate(np.linspace(scene["attitude"]["t_s"][0], scene["attitude"]["t_s"][-1], INSTANTS)):
         place = np.array([wide * (0.39 + 0.205 * (k % 2)), high * (0.19 - 0.45 * (k // 2))])
         dark = any(begin <= t <= end for begin, end in scene["shadow_s"])
         ahead = {"Sun": (sun, SUN), "B": (_row(scene, track["field_uT"], float(t)), FIELD)}
-        ahead["nadir"] = (-_row(scene, position, float(t)), FAINT)
+        ahead["nadir"] = (-_row(scene, position, float(t)), NADIR)
         draw_cube(axes, place, 0.055 * high, frame, _body(scene, float(t)), ahead, dark=dark)
         name = f"{k + 1}: t = {t:.0f} s{', in shadow' if dark else ''}"
         write(axes, place + [0.0, 0.21 * high], name)
@@ -94,9 +99,13 @@ def _draw_along(axes: Axes, frame: Frame, scene: Mapping[str, Any], position: np
     x_axes = 0.2 * np.stack([_body(scene, t)[:, 0] for t in times]) @ frame.T
     for vectors, colour in ((fields, FIELD), (x_axes, X_AXIS)):
         arrows(axes, places[shown, :2], vectors[shown, :2], colour)
-    for number, t in enumerate(np.linspace(begin, end, INSTANTS), 1):
-        place = frame @ _row(scene, position, t)
-        # On the orbit's inner side, where no arrow points to for long.
-        inward = 1.0 - 0.12 / np.hypot(*place[:2])
+    for number, place in enumerate(_number_places(frame, scene, position), 1):
         box = {"boxstyle": "circle,pad=0.15", "facecolor": "white", "edgecolor": INK, "linewidth": 0.7, "alpha": 0.9}
-        write(axes, inward * place, str(number), bbox=box, fontsize=8, zorder=7)
+        write(axes, place, str(number), bbox=box, fontsize=8, zorder=7)
+
+
+def _number_places(frame: Frame, scene: Mapping[str, Any], position: np.ndarray) -> list[np.ndarray]:
+    """Of the instants that are drawn, on the orbit's inner side, where no arrow points to for long."""
+    begin, end = scene["attitude"]["t_s"][0], scene["attitude"]["t_s"][-1]
+    places = (frame @ _row(scene, position, float(t)) for t in np.linspace(begin, end, INSTANTS))
+    return [(1.0 - 0.12 / np.hypot(*place[:2])) * place[:2] for place in places]

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from jaxsat.plotting.space.drawing import (
     FIELD,
     MERIDIANS,
+    NADIR,
     ORBIT,
     SHADOW_ARC,
     SUN,
@@ -56,7 +57,7 @@ def draw_turn_in_space(
     axes.set_aspect("equal")
     draw_ellipse(axes, frame, ellipse, lit)
     place = (frame @ position)[:2]
-    ahead = {"Sun": (sun, SUN), "B": (field, FIELD), "nadir": (-position, FAINT)}
+    ahead = {"Sun": (sun, SUN), "B": (field, FIELD), "nadir": (-position, NADIR)}
     for vector, colour in list(ahead.values())[:2]:
         arrows(axes, place[None], 0.4 * (frame @ (vector / np.linalg.norm(vector)))[None, :2], colour)
     axes.plot(*place, "o", color=INK, markersize=4.5, zorder=7)

@@ -1,7 +1,7 @@
 // The channels of any satellite: each reading with its residuals in sigmas, and the rates; what was held out is shaded.
 import { Chart, ceiling, ticks } from "./chart.js";
 import { coloured, el } from "./dom.js";
-import { nearest } from "./data.js";
+import { nearest, shades } from "./data.js";
 import { fieldAngle } from "./field_angle.js";
 import { fixed, short, signed } from "./text.js";
 
@@ -10,10 +10,10 @@ const AXES = ["x", "y", "z"];
 const EDGE = 0.94;
 
 export class ChannelCharts {
-  constructor(page, clock, places) {
+  constructor(page, motion, clock, places) {
     Object.assign(this, { page, clock, count: 0 });
     places.rates?.querySelector("h2").after(...this.rates());
-    places.angle?.querySelector("h2").after(...fieldAngle(page, clock, (label, strips) => this.chart(label, strips)));
+    places.angle?.querySelector("h2").after(...fieldAngle(page, motion, clock, (label, strips) => this.chart(label, strips)));
     page.channels.forEach((channel, k) => {
       const head = places.channels[k].querySelector("h2");
       head.after(el("p", { class: "note" }, channel.note), this.key(channel), ...this.channel(channel));
@@ -21,15 +21,17 @@ export class ChannelCharts {
   }
 
   chart(label, strips) {
+    return this.make(label, strips).element;
+  }
+
+  make(label, strips) {
     this.count += 1;
     const { clock, page } = this;
-    return new Chart({ label, strips, clock, shadow_s: page.shadow_s, held_s: page.held_s }).element;
+    return new Chart({ label, strips, clock, shadow_s: page.shadow_s, held_s: page.held_s });
   }
 
   legend(entries) {
-    const { held_s, shadow_s } = this.page;
-    const shades = [...(held_s.length ? [["held", "held out"]] : []), ...(shadow_s.length ? [["shaded", "shadow"]] : [])];
-    const all = [...entries, ...shades];
+    const all = [...entries, ...shades(this.page)];
     return el("ul", { class: "legend" }, ...all.map(([kind, text]) => el("li", {}, el("span", { class: `sign ${kind}` }), text)));
   }
 
@@ -37,7 +39,7 @@ export class ChannelCharts {
     return this.legend([
       ["dot", "measured"],
       ["curve", "modelled"],
-      ...(readings.some(({ direct }) => direct) ? [["dashed", "direct sunlight alone"]] : []),
+      ...(readings.some(({ direct, direct_line }) => direct ?? direct_line) ? [["dashed", "direct sunlight alone"]] : []),
       ["promised", "promised ±1σ"],
       ...(residuals.some(({ light }) => light) ? [["ring", "weighed down"]] : []),
       ...(use.some((u) => u !== USED) ? [["cross", "left out of the fit"]] : []),
@@ -79,9 +81,11 @@ export class ChannelCharts {
     return coloured(el("figure", { class: "chart" }, head, now, this.chart(label, strips.filter(Boolean))), colour);
   }
 
-  readingStrip({ t_s: t, unit, scale }, { measured, modelled, direct }, use) {
+  readingStrip({ t_s: t, unit, scale }, { measured, modelled, direct, line, direct_line }, use) {
+    // Lines go through what is modelled between the samples, where the page has it.
+    const along = this.page.curve?.t_s;
     // A wild reading must not flatten the others: it stands at the edge.
-    const shown = [...modelled, ...measured.filter((_, i) => use[i] !== OUT)].filter((value) => value != null);
+    const shown = [...modelled, ...(line ?? []), ...measured.filter((_, i) => use[i] !== OUT)].filter((value) => value != null);
     const [least, most] = extremes(shown);
     const margin = 0.08 * (most - least) || 0.1 * Math.abs(most) || 1;
     // Panels share theirs.
@@ -94,8 +98,8 @@ export class ChannelCharts {
       ticks: ticks(low, high, 4),
       label: unit,
       draw: (paint) => {
-        if (direct) paint.line("line dashed", t, direct);
-        paint.line("line own", t, modelled);
+        if (direct ?? direct_line) paint.line("line dashed", direct_line ? along : t, direct_line ?? direct);
+        paint.line("line own", line ? along : t, line ?? modelled);
         paint.marks(`dot ${size(t)}`, points(USED));
         paint.marks("ring", points(REDUCED));
         paint.marks("cross", points(OUT));
@@ -125,10 +129,12 @@ export class ChannelCharts {
   rates() {
     const { page, clock } = this;
     const { t_s: t, rate_deg_s: rate, attitude_sigma_deg: about } = page.samples;
-    const [least, most] = extremes(rate.flat().filter((value) => value != null));
+    const { t_s: times, rate_deg_s: rates } = page.curve ?? page.samples;
+    const [least, most] = extremes(rates.flat().filter((value) => value != null));
     const margin = 0.08 * (most - least) || 0.1;
     const widest = ceiling(1.15 * extremes([0, ...about.flat().filter((value) => value != null)])[1]);
-    const curves = (paint, rows) => AXES.forEach((axis, k) => paint.line(`line about-${axis}`, t, rows.map((row) => row[k])));
+    const curves = (paint, times, rows) =>
+      AXES.forEach((axis, k) => paint.line(`line about-${axis}`, times, rows.map((row) => row[k])));
     const strips = [
       {
         height: 150,
@@ -136,9 +142,9 @@ export class ChannelCharts {
         high: most + margin,
         ticks: ticks(least - margin, most + margin, 4),
         label: "deg/s",
-        draw: (paint) => curves(paint, rate),
+        draw: (paint) => curves(paint, times, rates),
       },
-      { height: 84, low: 0, high: widest, ticks: ticks(0, widest, 2), label: "1σ, deg", draw: (paint) => curves(paint, about) },
+      { height: 84, low: 0, high: widest, ticks: ticks(0, widest, 2), label: "1σ, deg", draw: (paint) => curves(paint, t, about) },
     ];
     const now = el("output");
     clock.onChange(() => {

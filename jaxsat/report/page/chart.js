@@ -17,6 +17,15 @@ export class Chart {
     clock.onChange(() => this.point());
   }
 
+  // Other strips of the same heights.
+  show(label, strips) {
+    this.strips = strips;
+    this.svg.setAttribute("aria-label", label);
+    if (!this.width) return;
+    this.draw();
+    this.point();
+  }
+
   fit() {
     const width = Math.floor(this.element.clientWidth);
     if (!width || width === this.width) return;
@@ -44,7 +53,7 @@ export class Chart {
     let top = TOP;
     const right = this.width - RIGHT;
     const times = ticks(this.clock.begin, this.clock.end, Math.max(3, Math.floor(this.width / 95)));
-    for (const [index, strip] of this.strips.entries()) {
+    for (const strip of this.strips) {
       const { low, high, height } = strip;
       const base = top;
       const y = (value) => base + height - ((value - low) / (high - low)) * height;
@@ -53,7 +62,6 @@ export class Chart {
       }
       for (const [a, b] of this.spans(this.shadow_s)) {
         this.svg.append(svg("rect", { class: "shade", x: a, width: b - a, y: base, height }));
-        if (index === 0 && b - a > 52) this.write("shade-name", (a + b) / 2, base + 13, "shadow");
       }
       for (const t of times) this.rule("grid", this.x(t), base, this.x(t), base + height);
       for (const value of strip.ticks) {

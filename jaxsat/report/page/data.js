@@ -24,6 +24,11 @@ export function nearest(list, x) {
   return i + 1 < list.length && x - list[i] > list[i + 1] - x ? i + 1 : i;
 }
 
+// What the shaded stretches of charts mean: kind and name, of those that there are.
+export function shades({ held_s, shadow_s }) {
+  return [...(held_s.length ? [["held", "held out"]] : []), ...(shadow_s.length ? [["shaded", "Earth’s shadow"]] : [])];
+}
+
 // Without a scene the shadow is known at samples only: its edges lie half-way between two.
 function darkSpans(t, lit) {
   const spans = [];

@@ -18,8 +18,8 @@ function fill(node, attributes, children) {
   return node;
 }
 
-// By the object model: a style attribute is what the page's policy forbids.
+// By the object model: a style attribute is what the page's policy forbids. The scheme may put another in its place.
 export function coloured(node, colour) {
-  node.style.setProperty("--own", colour);
+  node.style.setProperty("--own", `var(--of-${colour.slice(1)}, ${colour})`);
   return node;
 }

@@ -3,7 +3,7 @@ import { Axes, texts } from "./axes.js";
 import { el } from "./dom.js";
 
 export function histogram(outcome) {
-  const { title, unit, meaning, cases, missing, beyond, edges, succeeded, failed, marks, logarithmic } = outcome;
+  const { title, unit, meaning, cases, missing, beyond, edges, succeeded, failed, marks, logarithmic, whole } = outcome;
   const notes = [`${texts.count(cases)} cases`];
   if (missing) notes.push(`${texts.count(missing)} without it`);
   if (beyond) notes.push(`${texts.count(beyond)} beyond the axis`);
@@ -26,7 +26,7 @@ export function histogram(outcome) {
   const axes = new Axes({
     height: 150,
     label: `Histogram of ${title}: ${said()}`,
-    x: { low: edges[0], high: edges.at(-1), logarithmic },
+    x: { low: edges[0], high: edges.at(-1), logarithmic, whole },
     y: { low: 0, high: most * 1.05, whole: true },
     draw(paint) {
       const bars = (kind, from, counts) => {

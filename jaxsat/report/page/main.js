@@ -1,6 +1,8 @@
 // Finds the places that the report left for the script and fills them; whatever fails leaves the pictures in place.
 import { ChannelCharts } from "./channels.js";
+import { attitude } from "./attitude.js";
 import { Clock } from "./clock.js";
+import { schemeButton } from "./colours.js";
 import { el } from "./dom.js";
 import { bindKeys } from "./keys.js";
 import { Motion } from "./motion.js";
@@ -13,7 +15,8 @@ import { Views, webglWorks } from "./views.js";
 function start() {
   const page = readPage(document.getElementById("data").textContent);
   const theme = new Theme();
-  document.querySelector("header").append(theme.button);
+  const switches = el("div", { class: "switches" }, page.paper ? schemeButton(page.paper, theme) : null, theme.button);
+  document.querySelector("header").append(switches);
   if (page.samples.t_s.length < 2) return;
 
   const clock = new Clock(page);
@@ -22,6 +25,7 @@ function start() {
   const live = el("div", { class: "live" });
   place("motion").before(live);
   for (const section of document.querySelectorAll("[data-live]")) live.append(unfold(section));
+  for (const item of document.querySelectorAll("nav.contents li[hidden]")) item.hidden = false;
 
   const motion = page.scene && new Motion(page);
   let views = null;
@@ -40,11 +44,17 @@ function start() {
     section.after(transport(page, clock), state);
     if (still) state.append(still);
   } else {
-    place("motion").hidden = true;
     place("motion").after(transport(page, clock));
+    drop(place("motion"));
   }
   const places = { rates: place("rates"), angle: place("field-angle"), channels: page.channels.map((_, k) => place(`channel-${k}`)) };
-  const charts = new ChannelCharts(page, clock, places);
+  const charts = new ChannelCharts(page, motion, clock, places);
+  // A turn stands at one instant.
+  if (place("attitude")) {
+    const told = motion && !page.turn;
+    if (told) place("attitude").querySelector("h2").after(...attitude(page, motion, clock, (label, strips) => charts.make(label, strips)));
+    else drop(place("attitude"));
+  }
   bindKeys(clock);
 
   const asked = Number(new URLSearchParams(location.hash.slice(1)).get("t") ?? NaN);
@@ -62,6 +72,12 @@ function start() {
       ...(motion && motion.plain(clock.t)),
     }),
   };
+}
+
+// With its line in the contents.
+function drop(section) {
+  document.querySelector(`nav.contents a[href="#${section.id}"]`)?.parentElement.remove();
+  section.remove();
 }
 
 function unfold(section) {

@@ -61,9 +61,9 @@ export class Arrow extends Group {
     return this;
   }
 
-  paint(colour) {
+  paint(colour, behind) {
     this.material.color.set(colour);
-    this.letters.paint(colour);
+    this.letters.paint(colour, behind);
   }
 }
 
@@ -75,7 +75,8 @@ export class Letters extends Sprite {
     this.renderOrder = 10;
   }
 
-  paint(colour) {
+  // With a rim in the colour behind, so that they are read on anything.
+  paint(colour, behind) {
     const canvas = document.createElement("canvas");
     const context = canvas.getContext("2d");
     const font = "600 48px system-ui, sans-serif";
@@ -86,6 +87,10 @@ export class Letters extends Sprite {
     context.fillStyle = colour;
     context.textAlign = "center";
     context.textBaseline = "middle";
+    context.lineWidth = 9;
+    context.lineJoin = "round";
+    context.strokeStyle = behind;
+    context.strokeText(this.text, canvas.width / 2, 34);
     context.fillText(this.text, canvas.width / 2, 34);
     this.material.map?.dispose();
     this.material.map = new CanvasTexture(canvas);

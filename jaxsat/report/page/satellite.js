@@ -2,7 +2,6 @@
 import {
   BoxGeometry,
   CanvasTexture,
-  Color,
   EdgesGeometry,
   Group,
   LineBasicMaterial,
@@ -22,16 +21,24 @@ export class Satellite extends Group {
     // The box has its faces in the order +x -x +y -y +z -z, as the panels are.
     const [x, y, z] = size;
     const spans = [[y, z], [x, z], [x, y]];
-    this.materials = panels.map(({ name, colour }, k) =>
-      lettered
-        ? new MeshLambertMaterial({ map: face(name, colour, spans[k >> 1]) })
-        : new MeshLambertMaterial({ color: new Color(colour) }),
-    );
+    this.faces = panels.map(({ name, colour }, k) => ({ name, colour, lettered, spans: spans[k >> 1] }));
+    this.materials = panels.map(() => new MeshLambertMaterial());
     const box = new BoxGeometry(1, 1, 1);
     if (lettered) upright(box);
     this.add(new Mesh(box, this.materials));
     this.add(new LineSegments(new EdgesGeometry(box), new LineBasicMaterial({ color: 0x14161a })));
     this.children.forEach((part) => part.scale.set(x, y, z));
+  }
+
+  // own(colour) is a colour of the data as the scheme has it.
+  paint(own) {
+    this.faces.forEach(({ name, colour, lettered, spans }, k) => {
+      const material = this.materials[k];
+      if (!lettered) return void material.color.set(own(colour));
+      material.map?.dispose();
+      material.map = face(name, own(colour), spans);
+      material.needsUpdate = true;
+    });
   }
 }
 

@@ -43,6 +43,11 @@ export class Theme {
     for (const listener of this.listeners) listener(this);
   }
 
+  // A colour of the data as the scheme has it.
+  own(colour) {
+    return this.colour(`of-${colour.slice(1)}, ${colour}`);
+  }
+
   // A colour of page.css as the browser has resolved it for the theme.
   colour(name) {
     this.probe.style.color = `var(--${name})`;

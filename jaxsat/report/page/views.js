@@ -4,24 +4,22 @@ import {
   DirectionalLight,
   Group,
   Matrix4,
-  PerspectiveCamera,
   Quaternion,
   Scene,
   Vector3,
   WebGLRenderer,
 } from "three";
-import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { el } from "./dom.js";
 import { Earth } from "./earth.js";
+import { spread } from "./labels.js";
 import { legend } from "./legend.js";
 import { Arrow, Line } from "./marks3d.js";
 import { Satellite } from "./satellite.js";
+import { view } from "./view.js";
 
 const SATELLITE_SIZE = 0.1;
 // Bright enough in the shade that the colours of the faces are told apart.
 const [AMBIENT, SUNLIGHT] = [2.2, 1.9];
-const TURN_STEP = 0.12;
-const ZOOM_STEP = 1.2;
 const HALF_VIEW = Math.tan((17.5 * Math.PI) / 180);
 
 export function webglWorks() {
@@ -80,7 +78,7 @@ export class Views {
     const middle = motion.position((this.clock.begin + this.clock.end) / 2).normalize();
     const normal = motion.position(this.clock.begin).cross(motion.velocity(this.clock.begin)).normalize();
     const from = normal.addScaledVector(middle, 0.55).add(new Vector3(0, 0, 0.35)).normalize();
-    return this.view(scene, "Earth and orbit", from, 3.8 * Math.max(reach, 1.15), [1.3, 60]);
+    return view(scene, "Earth and orbit", from, 3.8 * Math.max(reach, 1.15), [1.3, 60], () => this.ask());
   }
 
   closeUp(page) {
@@ -90,91 +88,22 @@ export class Views {
     this.nearArrows = arrows({ sun: "Sun", field: "B", nadir: "nadir" }, shape);
     this.axes = ["x", "y", "z"].map((name, k) => {
       const line = new Line([0, 0, 0, ...[0, 1, 2].map((j) => (j === k ? 0.95 : 0))], { width: 2.5 });
-      line.paint(page.panels[2 * k].colour);
+      line.own = page.panels[2 * k].colour;
       return line;
     });
     this.body = new Group().add(this.large, ...this.axes);
     this.nearLight = new DirectionalLight(0xffffff, SUNLIGHT);
     this.root = new Group().add(this.body, ...Object.values(this.nearArrows), this.nearLight, this.nearLight.target);
     scene.add(this.root, new AmbientLight(0xffffff, AMBIENT));
-    const view = this.view(scene, "Satellite", new Vector3(1.1, 0.7, 0.6).normalize(), 5.4, [1.8, 20]);
+    const made = view(scene, "Satellite", new Vector3(1.1, 0.7, 0.6).normalize(), 5.4, [1.8, 20], () => this.ask());
     const frames = { inertial: "inertial axes", orbit: "orbit's axes", body: "body axes" };
     this.frame = el(
       "select",
       { "aria-label": "Axes that stand still in the close-up", onchange: () => this.ask() },
       ...Object.entries(frames).map(([value, text]) => el("option", { value }, text)),
     );
-    view.element.querySelector(".tools").prepend(this.frame);
-    return view;
-  }
-
-  view(scene, name, from, distance, [least, most]) {
-    const camera = new PerspectiveCamera(35, 1, 0.01, 200);
-    camera.up.set(0, 0, 1);
-    const reset = () => {
-      camera.position.copy(from).multiplyScalar(distance);
-      camera.lookAt(0, 0, 0);
-    };
-    reset();
-    const label = `${name}: drag or use the arrow keys to turn, plus and minus to zoom, 0 to reset`;
-    const surface = el("div", { class: "surface", tabindex: "0", role: "application", "aria-label": label });
-    const controls = new OrbitControls(camera, surface);
-    controls.enablePan = false;
-    controls.minDistance = least;
-    controls.maxDistance = most;
-    // The wheel scrolls the page until the view has been chosen.
-    controls.enableZoom = false;
-    surface.addEventListener("focus", () => (controls.enableZoom = true));
-    surface.addEventListener("blur", () => (controls.enableZoom = false));
-    // One finger still scrolls the page up and down.
-    surface.style.touchAction = "pan-y";
-    surface.addEventListener("pointerdown", () => surface.focus({ preventScroll: true }));
-    controls.addEventListener("change", () => this.ask());
-    const zoom = (factor) => {
-      const length = Math.min(Math.max(camera.position.length() * factor, least), most);
-      camera.position.setLength(length);
-      controls.update();
-      this.ask();
-    };
-    const turn = (about, up) => {
-      const side = new Vector3().crossVectors(camera.up, camera.position).normalize();
-      const turned = camera.position.clone().applyAxisAngle(side, up);
-      if (Math.abs(turned.angleTo(camera.up) - Math.PI / 2) < 1.5) camera.position.copy(turned);
-      camera.position.applyAxisAngle(camera.up, about);
-      controls.update();
-      this.ask();
-    };
-    const again = () => {
-      reset();
-      controls.update();
-      this.ask();
-    };
-    const keys = {
-      ArrowLeft: () => turn(-TURN_STEP, 0),
-      ArrowRight: () => turn(TURN_STEP, 0),
-      ArrowUp: () => turn(0, -TURN_STEP),
-      ArrowDown: () => turn(0, TURN_STEP),
-      "+": () => zoom(1 / ZOOM_STEP),
-      "=": () => zoom(1 / ZOOM_STEP),
-      "-": () => zoom(ZOOM_STEP),
-      0: again,
-    };
-    surface.addEventListener("keydown", (event) => {
-      if (!(event.key in keys) || event.ctrlKey || event.metaKey) return;
-      keys[event.key]();
-      event.preventDefault();
-      event.stopPropagation();
-    });
-    const button = (text, title, onclick) => el("button", { type: "button", title, "aria-label": title, onclick }, text);
-    const tools = el(
-      "div",
-      { class: "tools" },
-      button("+", `Zoom in: ${name}`, () => zoom(1 / ZOOM_STEP)),
-      button("−", `Zoom out: ${name}`, () => zoom(ZOOM_STEP)),
-      button("⟲", `Reset the view: ${name}`, again),
-    );
-    const element = el("div", { class: "view" }, surface, el("div", { class: "tag" }, name), tools);
-    return { scene, camera, controls, element };
+    made.element.querySelector(".tools").prepend(this.frame);
+    return made;
   }
 
   paint(theme) {
@@ -182,7 +111,9 @@ export class Views {
     for (const arc of this.arcs) arc.paint(arc.lit ? theme.colour("orbit") : dark);
     this.fieldLine?.paint(theme.colour("field"));
     for (const group of [this.farArrows, this.nearArrows])
-      for (const [name, arrow] of Object.entries(group)) arrow.paint(theme.colour(name === "x" ? "x-axis" : name));
+      for (const [name, arrow] of Object.entries(group)) arrow.paint(theme.colour(name === "x" ? "x-axis" : name), theme.colour("space"));
+    for (const line of this.axes) line.paint(theme.own(line.own));
+    for (const satellite of [this.large, this.small]) satellite.paint((colour) => theme.own(colour));
     this.ask();
   }
 
@@ -250,13 +181,17 @@ export class Views {
     if (!this.renderer.domElement.width) return;
     this.place();
     const frame = this.stage.getBoundingClientRect();
-    for (const { scene, camera, element } of [this.far, this.near]) {
+    const shown = [this.farArrows, this.nearArrows].map((group) => Object.values(group).map((arrow) => arrow.letters));
+    for (const [{ scene, camera, element }, letters] of [[this.far, shown[0]], [this.near, shown[1]]]) {
       const box = element.getBoundingClientRect();
       const [x, y] = [box.left - frame.left, frame.bottom - box.bottom];
       camera.aspect = box.width / box.height;
       // A narrow view still shows as much from side to side.
       camera.fov = (360 / Math.PI) * Math.atan(HALF_VIEW / Math.min(camera.aspect, 1));
       camera.updateProjectionMatrix();
+      scene.updateMatrixWorld();
+      camera.updateMatrixWorld();
+      spread(letters, camera, box.width, box.height);
       this.renderer.setViewport(x, y, box.width, box.height);
       this.renderer.setScissor(x, y, box.width, box.height);
       this.renderer.render(scene, camera);

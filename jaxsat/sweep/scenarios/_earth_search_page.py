@@ -8,7 +8,8 @@ import numpy as np
 
 from jaxsat.sweep.history import Page
 
-COLOURS = ("#c2410c", "#1d63b8", "#2e8b3d", "#7c3aed")
+COLOURS = ("#14497a", "#d98e00", "#c81fb0", "#0f8a64")
+"""Of the four sensors, as in the picture of the history; told apart with red-green blindness."""
 
 
 def search_page(options: Mapping[str, str], sensor: Any, disk: float, samples: Any, t_s: np.ndarray) -> Page:

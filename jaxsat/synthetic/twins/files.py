@@ -102,9 +102,14 @@ def pictures(twin: Twin, name: str) -> dict[str, bytes]:
     for channel, each in twin.channels.items():
         settings = twin.satellite.channels[channel]
         readings = {
-            f"{column}, {settings.unit}": {"sent": each.values[:, k], "without noise": each.mean[:, k]}
+            f"{column}, {settings.unit}": {
+                "simulated, as sent": each.values[:, k],
+                "simulated, without noise": each.mean[:, k],
+            }
             for k, column in enumerate(settings.columns)
             if column
         }
-        found[channel] = draw_history(each.stamp_s, readings, title=f"Readings of {channel}", subtitle=subtitle)
+        found[channel] = draw_history(
+            each.stamp_s, readings, title=f"Simulated readings of {channel}", subtitle=subtitle
+        )
     return {f"{name}.{key}.png": png_bytes(figure) for key, figure in found.items()}

@@ -20,7 +20,7 @@ SESSION = BUNDLED.with_name("a-nominal-exact.RAW_SUN")
 FIT = ["--free", "state", "--starts", "64", "--seed", "0"]
 FILES = [
     *("attitude.csv", "attitude.png", "channel-cells.csv", "channel-cells.png", "channel-mag.csv", "channel-mag.png"),
-    *("field_angle.png", "fit.json", "orbit.png", "provenance.json", "report.html", "scene.json"),
+    *("curves.json", "field_angle.png", "fit.json", "orbit.png", "provenance.json", "report.html", "scene.json"),
 ]
 UNITS = {
     **{f"magnet.{c}": "A m2" for c in "xyz"},

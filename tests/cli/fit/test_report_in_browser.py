@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 from made_up_munin import make_munin_result
 from matplotlib.image import imread
+from scipy.spatial.transform import Rotation
+
+from jaxsat.panel_names import PANEL_COLOURS, PAPER_COLOURS
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 BROWSER = next(filter(None, map(shutil.which, NAMES)), None)
@@ -94,7 +97,7 @@ def test_page_loads_in_silence_and_fetches_nothing(desktop, phone):
     for page in (desktop, phone):
         assert [line for line in page.heard if not line.endswith("/report.html")] == []
         assert len(page.heard) == 1
-        assert state(page)["frames"] > 0 and state(page)["charts"] == 2 + 6 + 2
+        assert state(page)["frames"] > 0 and state(page)["charts"] == 3 + 6 + 2
 
 
 def test_views_are_not_blank(desktop):
@@ -191,6 +194,71 @@ def test_charts_set_the_time_and_show_the_sample(desktop):
     sample, cells = 64 * round(t / 64), make_munin_result().channels["cells"]
     said = desktop.locator('[data-live="channel-0"] output').first.inner_text()
     assert float(said.split()[0]) == cells.measured[list(cells.t_s).index(sample), 0]
+
+
+def test_attitude_is_shown_as_one_likes_it(desktop):
+    """Angles of the body axes to one direction have squared cosines that sum to one; so has a quaternion's length."""
+
+    def said(view: str, chosen: str = "") -> list[float]:
+        desktop.get_by_label("What of the attitude is shown").select_option(view)
+        if chosen:
+            desktop.get_by_label("Body axis" if view == "angles" else "Axes that the attitude").select_option(chosen)
+        settled(desktop)
+        text = desktop.locator('[data-live="attitude"] output').inner_text().replace("−", "-")
+        return [float(number) for number in re.findall(r"-?\d+\.\d+", text)]
+
+    # At a node of the tables: the last.
+    desktop.evaluate("window.jaxsat.seek(0)")
+    for toward in range(3):
+        cosines = [np.cos(np.radians(said("angles", f"+{axis}")[toward])) for axis in "xyz"]
+        assert np.linalg.norm(cosines) == pytest.approx(1.0, abs=3e-3)
+    assert said("angles", "-x")[1] == pytest.approx(180.0 - said("angles", "+x")[1], abs=0.11)
+    told = state(desktop)["quaternion_inertial_from_body"]
+    assert abs(np.dot(said("quaternion", "inertial"), told)) == pytest.approx(1.0, abs=1e-3)
+    roll, pitch, yaw = said("euler", "inertial")
+    turned = Rotation.from_euler("ZYX", [yaw, pitch, roll], degrees=True)
+    assert (turned.inv() * Rotation.from_quat(told, scalar_first=True)).magnitude() < np.radians(0.2)
+    # Greenwich is turned about the pole.
+    assert said("euler", "earth")[:2] == pytest.approx([roll, pitch], abs=0.11)
+    # The nadir lies as far from body z as from z of the orbital axes.
+    nadir = said("angles", "+z")[2]
+    w, x, y, z = said("quaternion", "orbital")
+    assert np.degrees(np.arccos(1.0 - 2.0 * (x * x + y * y))) == pytest.approx(nadir, abs=0.2)
+    said("angles", "+x")
+    assert desktop.locator('[data-live="attitude"] path.to-field').count() == 1
+
+
+def test_scheme_is_the_safe_one_or_the_papers(desktop):
+    def colours() -> list[str]:
+        chips = desktop.locator(".faces .chip").evaluate_all(
+            "(all) => all.map((e) => getComputedStyle(e).backgroundColor)"
+        )
+        return ["#" + "".join(f"{int(part):02x}" for part in re.findall(r"\d+", chip)[:3]) for chip in chips[:6]]
+
+    button = desktop.locator(".scheme")
+    safe, before = colours(), picture(desktop.locator(".view").nth(1))
+    assert safe == list(PANEL_COLOURS.values())
+    button.click()
+    settled(desktop)
+    assert colours() == list(PAPER_COLOURS.values()) and button.inner_text() == "Safe colours"
+    assert (np.abs(picture(desktop.locator(".view").nth(1)) - before).max(axis=2) > 0.05).mean() > 0.02
+    button.click()
+    assert colours() == safe
+
+
+def test_first_screenful_holds_the_answer_and_no_header_is_cut(desktop):
+    desktop.set_viewport_size({"width": 1280, "height": 900})
+    for head in ("Key numbers", "What to doubt", "Parameters"):
+        assert desktop.get_by_role("heading", name=head, exact=True).bounding_box()["y"] < 600.0
+    heads = desktop.locator("th")
+    wide = heads.evaluate_all("(all) => all.map((e) => e.scrollWidth - e.clientWidth)")
+    frames = desktop.locator(".scroll").evaluate_all("(all) => all.map((e) => e.scrollWidth - e.clientWidth)")
+    assert heads.count() > 30 and max(wide) <= 1 and max(frames) <= 1
+    targets = desktop.locator("nav.contents a[href^='#']").evaluate_all(
+        "(all) => all.map((e) => Boolean(document.getElementById(e.hash.slice(1))))"
+    )
+    assert len(targets) > 12 and all(targets)
+    desktop.set_viewport_size({"width": 1000, "height": 800})
 
 
 def test_theme_follows_the_system_and_the_button(desktop, phone):

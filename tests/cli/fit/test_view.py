@@ -126,14 +126,17 @@ def test_wrong_usage(arguments, capsys):
     assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_serving(capsys):
+def test_serving(capsys, tmp_path):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = taken.getsockname()[1]
         with pytest.raises(InputError, match=f"port {port}: cannot be used"):
             serve(b"page", port)
-    threading.Thread(target=serve, args=(b"a page", port), daemon=True).start()
+    (tmp_path / "a+b.csv").write_text("t_s\n1\n")
+    (tmp_path / "link.csv").symlink_to(tmp_path / "a+b.csv")
+    tables = {name: tmp_path / name for name in ("a+b.csv", "link.csv", "gone.csv")}
+    threading.Thread(target=serve, args=(b"a page", port, tables), daemon=True).start()
     for _ in range(100):
         connection = http.client.HTTPConnection("127.0.0.1", port, timeout=5)
         try:
@@ -144,6 +147,16 @@ def test_serving(capsys):
     answer = connection.getresponse()
     assert (answer.status, answer.read()) == (200, b"a page")
     connection.close()
+    # Its tables and nothing else: what is no file of the run is the page.
+    for name, content in (
+        ("a%2Bb.csv", b"t_s\n1\n"),
+        ("link.csv", b"a page"),
+        ("gone.csv", b"a page"),
+        ("x.csv", b"a page"),
+    ):
+        connection.request("GET", f"/{name}")
+        assert connection.getresponse().read() == content
+        connection.close()
     for host, status in (
         ("localhost:9000", 200),
         ("LOCALHOST", 200),

@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.measurements.sky import Around
 from fitting.orbit.orbit_fit import OrbitFit, fit_orbit, states
-from fitting.outcome.result import PREDICTS, Break, ChannelFit, FitResult, FittedParameter, Holdout
+from fitting.outcome.result import PREDICTS, Between, Break, ChannelFit, FitResult, FittedParameter, Holdout
 from fitting.outcome.series import panel_residuals, slots
 from fitting.parameters.null_space import Direction
 from fitting.profile.profile import Profile
@@ -147,6 +147,20 @@ def channel(
     )
 
 
+def make_between(t: np.ndarray, channels: Sequence[ChannelFit]) -> Between:
+    """Between each two times one more: the motion of `make_fit_result`, and readings without noise."""
+    fine = np.sort(np.concatenate([t, 0.5 * (t[1:] + t[:-1])]))
+    q = np.stack([np.cos(fine / 80.0), *(np.sin(fine / 80.0) * part for part in (0.6, 0.0, 0.8))], axis=1)
+    rate = np.tile(np.array([0.6, 0.0, 0.8]) / 40.0, (len(fine), 1))
+    readings = {}
+    for c in channels:
+        wave = np.sin(fine[:, None] / 60.0 + np.arange(len(c.columns)))
+        size = np.linalg.norm(wave, axis=1, keepdims=True) if c.kind == "StarTracker" else 0.01 / c.sigma
+        readings[c.name] = np.round(wave / size, 6)
+    direct = {c.name: np.round(0.8 * readings[c.name], 6) for c in channels if c.direct is not None}
+    return Between(fine, np.round(q, 7), rate, readings, direct)
+
+
 def make_fit_result(**changes) -> FitResult:
     """The result, with other values of some fields."""
     rng = np.random.default_rng(1)
@@ -197,5 +211,6 @@ def make_fit_result(**changes) -> FitResult:
         "limited": (t > 29.0) & (t < 41.0),
         "unseen": (Direction("common scale of magnet and inertia", 1e-6, "its prior", {"magnet.x": 0.01}),),
         "gauge": "|magnet| held at the nominal value",
+        "between": make_between(t, channels),
     }
     return FitResult(**{**fields, **changes})

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from html.parser import HTMLParser
 
 import numpy as np
@@ -33,7 +34,7 @@ class Texts(HTMLParser):
 def test_every_file_is_there_and_documented(fit_run):
     names = {path.name for path in fit_run.iterdir()}
     tables = {"attitude.csv", "channel-mag.csv", "channel-gyro.csv", "channel-star.csv", "channel-a_b_cells.csv"}
-    assert names == tables | {"fit.json", "provenance.json", "scene.json", "report.html"}
+    assert names == tables | {"fit.json", "provenance.json", "scene.json", "curves.json", "report.html"}
     provenance = json.loads((fit_run / "provenance.json").read_text())
     assert {name: list(columns) for name, columns in provenance["columns"].items()} == {
         name: table(fit_run / name)[0] for name in tables
@@ -89,6 +90,14 @@ def test_page_says_the_verdict_and_has_a_place_for_each_channel(fit_run):
         assert part in text, part
     for number in range(4):
         assert f'data-live="channel-{number}"' in html
+    # The answer comes first: verdict, numbers, doubts, parameters; who asks for the settings opens them.
+    heads = re.findall(r"<h2>([^<]*)</h2>", html)
+    assert html.index("Predicts.") < html.index("<h2>") and heads[:2] == ["Key numbers", "What to doubt"]
+    assert heads.index("Parameters") < heads.index("Channels") < heads.index("Motion")
+    for folded in ("Parameters that were held", "Provenance", "Settings", "Satellite file"):
+        assert f'<details class="folded"><summary><h2>{folded}</h2>' in html
+    for name in ("attitude.csv", "channel-a_b_cells.csv", "fit.json"):
+        assert f'<a href="{name}">' in html
     data = json.loads(html.split('id="data">')[1].split("</script>")[0])
     assert data["size"] == [0.2941, 0.2941, 1.0] and len(data["held_s"]) == 1
     assert data["held_s"][0] == [pytest.approx(398.0), 596.0]
@@ -96,9 +105,10 @@ def test_page_says_the_verdict_and_has_a_place_for_each_channel(fit_run):
     assert ['data-live="field-angle"' in html, "direct" in data["channels"][0]["readings"][0]] == [True, False]
     cells = data["channels"][3]
     assert cells["scale"][1] == 500.0 and cells["residuals"][0]["light"] == [10, 11]
-    np.testing.assert_allclose(
-        cells["readings"][2]["direct"], 0.8 * np.array(cells["readings"][2]["modelled"]), atol=1e-2
-    )
+    # Lines go through more points than there are samples; of direct light there are no others.
+    lit = cells["readings"][2]
+    np.testing.assert_allclose(lit["direct_line"], 0.8 * np.array(lit["line"]), atol=1e-2)
+    assert len(lit["line"]) == len(data["curve"]["t_s"]) == 479 and "direct" not in lit and len(lit["modelled"]) == 60
     assert (
         data["channels"][0]["use"][:5] == [1, 1, 1, 3, 1] and data["channels"][0]["readings"][0]["measured"][5] is None
     )

@@ -51,8 +51,8 @@ def test_it_loads_in_silence_with_a_chart_for_each_reading(shown):
     page, heard, theme = shown
     assert heard == []
     state = page.evaluate("window.jaxsat.state()")
-    # Rates, field angle; three of magnetometer and gyroscope, four and three turns of the star tracker, eight panels.
-    assert state["charts"] == 2 + 3 + 3 + (4 + 3) + 8 and state["theme"] == theme
+    # Attitude, rates, field angle; magnetometer, gyroscope, star tracker with four and three turns, panels.
+    assert state["charts"] == 3 + 3 + 3 + (4 + 3) + 8 and state["theme"] == theme
     assert page.evaluate("document.documentElement.scrollWidth") == page.viewport_size["width"]
     pixels = imread(io.BytesIO(page.locator(".view").first.screenshot()))[..., :3]
     assert pixels.std() > 0.05

@@ -4,12 +4,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
 
 from fitting.outcome.diagnostics import diagnose
 from fitting.outcome.result import FitResult
 from fitting.report.fit.document import delays
 from fitting.report.fit.owned import file_stems
-from fitting.report.fit.page_data import page_data_of
 from fitting.report.fit.profiles import PROFILE_COLUMNS, PROFILE_NOTE, profile_pictures, profile_row
 from fitting.report.fit.result_rows import (
     CHANNEL_COLUMNS,
@@ -28,12 +28,23 @@ from fitting.report.fit.result_rows import (
     verdict_text,
     worth_rows,
 )
-from fitting.report.rows import (
-    STRONG_CORRELATION,
-    setting_rows,
-    strong_correlations,
+from fitting.report.page.data import page_data_of
+from fitting.report.page.head import confirmations, doubts, key_numbers
+from fitting.report.rows import STRONG_CORRELATION, setting_rows, strong_correlations
+from jaxsat.report import (
+    Contents,
+    Facts,
+    Folded,
+    KeyNumbers,
+    Lead,
+    Link,
+    Live,
+    Picture,
+    Remarks,
+    Section,
+    Table,
+    page,
 )
-from jaxsat.report import Facts, Live, Picture, Remarks, Section, Table, page
 from jaxsat.significant import unit_text, value_and_sigma, value_text
 from jaxsat.telemetry import RejectedRow
 
@@ -50,11 +61,13 @@ def fit_page(
     provenance: Mapping[str, Any],
     scene: Mapping[str, Any] | None = None,
     profiles: Sequence["Profile"] = (),
+    base: str = "",
 ) -> str:
     """Returns the HTML of one fit from what its files hold.
 
     `pictures` maps file names to PNG content, `provenance` and `scene` are the contents of their JSON files. Without a
-    scene the motion is not shown.
+    scene the motion is not shown. `base` is what stands before the names of the files beside the page, where it is
+    elsewhere.
     """
     epoch_utc = provenance["epoch_utc"]
     return page(
@@ -65,11 +78,9 @@ def fit_page(
         message=f"{result.message[0].upper()}{result.message[1:]}." if result.message else "",
         data=page_data_of(result, scene, epoch_utc, provenance["size_m"]),
         sections=[
-            Remarks("What to know", result.remarks),
-            Remarks("Warnings", provenance["warnings"]),
+            _lead(result, provenance, base),
             Table("What would explain the data", CAUSE_COLUMNS, cause_rows(result), (1, 2), note=CAUSE_NOTE),
-            Table("Channels", CHANNEL_COLUMNS, channel_rows(result), CHANNEL_NUMBERS, note=CHANNEL_NOTE),
-            *_live(result, pictures),
+            *_live(result, pictures, base),
             Facts("Fit", fit_facts(result)),
             *_tables(result),
             *_profiles(profiles, pictures),
@@ -82,11 +93,37 @@ def fit_page(
                 note=f"{provenance['rows']} rows gave samples at {provenance['samples']} times.",
             ),
             Table("Orbit", ("element", "value", "1σ", "unit"), orbit_rows(provenance["orbit"]), (1,), note=ORBIT_NOTE),
-            Facts("Provenance", list(_origin(provenance))),
-            Table("Settings", ("key", "value"), list(setting_rows(_used(provenance["settings"])))),
-            Table("Satellite file", ("key", "value"), list(setting_rows(provenance["satellite_file"]))),
+            Folded(Facts("Provenance", list(_origin(provenance)))),
+            Folded(Table("Settings", ("key", "value"), list(setting_rows(_used(provenance["settings"]))))),
+            Folded(Table("Satellite file", ("key", "value"), list(setting_rows(provenance["satellite_file"])))),
         ],
     )
+
+
+def _lead(result: FitResult, provenance: Mapping[str, Any], base: str) -> Lead:
+    """The answer: numbers, doubts and parameters, and what else there is."""
+    confirmed = confirmations(result)
+    left = [
+        KeyNumbers("Key numbers", key_numbers(result)),
+        Remarks("What to doubt", doubts(result, provenance["warnings"]) or [NO_DOUBT]),
+        Remarks("What confirms it", [f"{text[:1].upper()}{text[1:]}." for text in confirmed]),
+        Contents("On this page", list(_files(provenance, base).values())),
+    ]
+    rows = [(name, value, f"± {s}" if s else "", *rest) for name, value, s, *rest in worth_rows(result)]
+    free = sum(p.free for p in result.parameters)
+    fixed = [(name, value, unit) for name, value, _, unit, *_ in rows[free:]]
+    right = [
+        Table("Parameters", ("parameter", "value", "1σ", "unit", "buys chi2", "note"), rows[:free], (1, 4), WORTH_NOTE),
+        Folded(Table("Parameters that were held", ("parameter", "value", "unit"), fixed, (1,))),
+        Table("Channels", CHANNEL_COLUMNS, channel_rows(result), CHANNEL_NUMBERS, note=CHANNEL_NOTE),
+    ]
+    return Lead(left, right)
+
+
+def _files(provenance: Mapping[str, Any], base: str) -> dict[str, Link]:
+    """Links to the tables and documents of a fit, by file name."""
+    names = [*provenance["columns"], "fit.json", "provenance.json"]
+    return {name: Link(base + quote(name), name) for name in names}
 
 
 def _used(settings: Mapping[str, Any]) -> dict[str, Any]:
@@ -106,17 +143,25 @@ CHANNEL_NOTE = (
 )
 
 
-def _live(result: FitResult, pictures: Mapping[str, bytes]) -> Iterator[Live]:
+def _live(result: FitResult, pictures: Mapping[str, bytes], base: str) -> Iterator[Live]:
+    def table(name: str) -> list[Link]:
+        return [Link(base + quote(name), name)]
+
     yield Live("motion", "Motion", _picture(pictures, "orbit.png", ORBIT_ALT))
-    yield Live(
-        "rates", "Angular velocity and attitude", _picture(pictures, "attitude.png", "Rates and 1σ against time")
-    )
+    yield Live("attitude", "Attitude", files=table("attitude.csv"))
+    alt = "Rates and 1σ of the attitude against time"
+    yield Live("rates", "Angular velocity", _picture(pictures, "attitude.png", alt), table("attitude.csv"))
     if result.field_angle_deg is not None:
         alt = "Angle of body x to the field with its band, against time"
-        yield Live("field-angle", "Attitude to the magnetic field", _picture(pictures, "field_angle.png", alt))
+        yield Live(
+            "field-angle",
+            "Attitude to the magnetic field",
+            _picture(pictures, "field_angle.png", alt),
+            table("attitude.csv"),
+        )
     for number, (name, stem) in enumerate(file_stems(result.channels).items()):
         alt = f"Readings of {name} with residuals in sigmas, against time"
-        yield Live(f"channel-{number}", f"Channel {name}", _picture(pictures, f"{stem}.png", alt))
+        yield Live(f"channel-{number}", f"Channel {name}", _picture(pictures, f"{stem}.png", alt), table(f"{stem}.csv"))
 
 
 def _picture(pictures: Mapping[str, bytes], file: str, alt: str) -> Picture | None:
@@ -124,8 +169,6 @@ def _picture(pictures: Mapping[str, bytes], file: str, alt: str) -> Picture | No
 
 
 def _tables(result: FitResult) -> Iterator[Section]:
-    rows = [(name, value, f"± {s}" if s else "", *rest) for name, value, s, *rest in worth_rows(result)]
-    yield Table("Parameters", ("parameter", "value", "1σ", "unit", "buys chi2", "note"), rows, (1, 4), note=WORTH_NOTE)
     parts = [(part, buys_text(rise)) for part, rise in result.buys.items()]
     columns = ("direction", "information of data / prior", "held by", "largest components, one prior sigma along it")
     yield Table("What the data hardly see", columns, unseen_rows(result), (1,), note=UNSEEN_NOTE)
@@ -154,6 +197,7 @@ def _diagnostics(result: FitResult) -> Iterator[Section]:
     yield Table("Residual diagnostics", ("channel", "column", *columns), rows, tuple(range(2, 9)), note=note)
 
 
+NO_DOUBT = "Nothing that the fit itself could find."
 ORBIT_ALT = (
     "The Earth with day and night, the orbit with its arc in shadow, body x and the field along it; the satellite at "
     "four instants"

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from fitting.outcome.result import ChannelFit, FitResult
+from fitting.outcome.result import Between, ChannelFit, FitResult
 from fitting.report.fit.pictures import channel_text, lit_of, timeline_of
 from fitting.report.fit.shown import readings_of
 from jaxsat.files.json_files import plain
-from jaxsat.panel_names import PANEL_COLOURS
+from jaxsat.panel_names import PANEL_COLOURS, PAPER_COLOURS
 from jaxsat.plotting.channels import column_colours
 from jaxsat.significant import unit_text
 
@@ -23,7 +23,7 @@ def page_data_of(
     result: FitResult, scene: Mapping[str, Any] | None, epoch_utc: str, size_m: Sequence[float] | None = None
 ) -> dict[str, Any]:
     """Returns the data block of a report; numbers that are not finite are null. `size_m` is that of the body."""
-    n, timeline = len(result.t_s), timeline_of(result)
+    n, timeline, between = len(result.t_s), timeline_of(result), result.between
     unknown = np.full(n, np.nan)
     angle, sigma = (
         unknown if array is None else array for array in (result.field_angle_deg, result.field_angle_sigma_deg)
@@ -33,6 +33,8 @@ def page_data_of(
         "epoch_utc": epoch_utc,
         # Faces of the body, in the colours that panels have.
         "panels": [{"name": name.upper(), "colour": colour} for name, colour in PANEL_COLOURS.items()],
+        # What stands in place of these where the reader wants the paper's.
+        "paper": {colour: PAPER_COLOURS[name] for name, colour in PANEL_COLOURS.items()},
         "size": [1.0, 1.0, 1.0] if size_m is None else (np.asarray(size_m) / np.max(size_m)).round(4),
         "held_s": [list(span) for span in timeline.held_out],
         "samples": {
@@ -43,19 +45,33 @@ def page_data_of(
             "field_angle_deg": np.round(angle, 3),
             "field_angle_sigma_deg": np.round(sigma, 4),
         },
-        "channels": [_channel(c, channel_text(result, name)) for name, c in result.channels.items()],
+        "curve": None if between is None else _curve(between),
+        "channels": [_channel(c, channel_text(result, name), between) for name, c in result.channels.items()],
     }
     # The scene is plain already.
     return {**plain(document)[0], "scene": scene}
 
 
-def _channel(channel: ChannelFit, note: str) -> dict[str, Any]:
-    r = readings_of(channel)
+def _curve(between: Between) -> dict[str, Any]:
+    """The motion between the samples; the attitude there is the scene's."""
+    return {
+        "t_s": np.round(between.t_s, 3),
+        "rate_deg_s": np.round(np.degrees(between.angular_velocity_rad_s), 5),
+    }
+
+
+def _channel(channel: ChannelFit, note: str, between: Between | None) -> dict[str, Any]:
+    r = readings_of(channel, between)
     every = slice(None, None, -(-len(r.t_s) // DRAWN) or 1)
     named, turns = r.column_colours(), column_colours(len(r.differences))
     if r.paired:
         turns = named
-    direct, light = r.direct, r.light()
+    direct, light, curve = r.direct, r.light(), r.curve
+    lines = [{} for _ in r.columns]
+    if curve is not None:
+        lines = [{"line": short(column)} for column in curve.modelled.T]
+    if curve is not None and curve.direct is not None:
+        lines = [{**line, "direct_line": short(column)} for line, column in zip(lines, curve.direct.T, strict=True)]
     return {
         "name": channel.name,
         "unit": unit_text(channel.unit),
@@ -72,7 +88,8 @@ def _channel(channel: ChannelFit, note: str) -> dict[str, Any]:
                 "colour": named[k],
                 "measured": short(r.measured[every, k]),
                 "modelled": short(r.modelled[every, k]),
-                **({} if direct is None else {"direct": short(direct[every, k])}),
+                **({} if direct is None or "direct_line" in lines[k] else {"direct": short(direct[every, k])}),
+                **lines[k],
             }
             for k, name in enumerate(r.columns)
         ],

@@ -1,0 +1,1 @@
+"""The page of a fit: what it says first, its sections, the numbers that its script draws."""
