@@ -7,7 +7,9 @@ LAST_DIGITS = 2.0
 """Numbers may differ by so many units of the last digit that is shown ..."""
 SHARE = 1e-3
 """... or by this share of themselves: rounding of another processor, or the last step of a solver."""
-TIMES = re.compile(r"\b(import|prepare|compile|solve|run|total|in|took)(:?\s+)\d+(?:\.\d+)?(\s+)(?:s|ms|min)\b")
+TIMES = re.compile(
+    r"\b(import|prepare|compile|solve|verify|chunk|run|merge|total|took)(:?\s+)\d+(?:\.\d+)?(\s+)(?:s|ms|min)\b"
+)
 RATES = re.compile(r"\d+(?:\.\d+)?(\s+cases/s)")
 FOLDERS = re.compile(r"/tmp/[\w./-]+|page-\w+")
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*(?:e[-+]?\d+)?|\binf\b|\bnan\b)")
@@ -40,7 +42,8 @@ def _same_word(a: str, b: str, numbers: bool) -> bool:
 
 
 def _near(x: str, y: str) -> bool:
-    return x == y or abs(float(x) - float(y)) <= max(LAST_DIGITS * _unit(x), LAST_DIGITS * _unit(y), SHARE * abs(float(x)))
+    allowed = max(LAST_DIGITS * _unit(x), LAST_DIGITS * _unit(y), SHARE * abs(float(x)))
+    return x == y or abs(float(x) - float(y)) <= allowed
 
 
 def _unit(number: str) -> float:

@@ -248,6 +248,7 @@ def main() -> None:
     pages = [page for place in asked.places for page in (sorted(place.glob("*.md")) if place.is_dir() else [place])]
     if len(pages) == 1:
         page = pages[0].resolve()
+        sys.path.insert(0, "")  # What the page writes may be imported, as where a reader works.
         with tempfile.TemporaryDirectory(prefix="page-") as folder, contextlib.chdir(folder):
             run_page(page)
         return
