@@ -2,7 +2,8 @@
 
     .venv/bin/python docs/run_pages.py docs/tutorials
 
-takes folders and single pages. Each page is run from top to bottom in an empty folder, by a process of its own:
+takes folders and single pages (`--prose` where nothing has to be run again). Each page is run from top to bottom in
+an empty folder, by a process of its own:
 
     ```sh          commands, run by bash, with this environment's `jaxsat` and `python`
     ```python      one interpreter for all of a page
@@ -156,8 +157,11 @@ def environment() -> dict[str, str]:
     return {**os.environ, **own, "PATH": os.pathsep.join(paths)}
 
 
-def run_page(path: Path) -> None:
-    """Runs one page in the working folder, and writes it, its pictures and its notebook where they have changed."""
+def run_page(path: Path, *, run: bool = True) -> None:
+    """Runs one page in the working folder, and writes it, its pictures and its notebook where they have changed.
+
+    Without `run` the notebook is made of what the page shows.
+    """
     page, written, cells = Page(path.parent, bash), [], []
     for part in parts_of(path.read_text("utf-8")):
         if isinstance(part, Prose):
@@ -165,7 +169,7 @@ def run_page(path: Path) -> None:
             written.append(part.text)
             cells.append((part, pictures))
             continue
-        printed = part.told(page.run(part))
+        printed = part.told(page.run(part)) if run else part.output
         same_form = re.sub(r"\d", "0", part.output) == re.sub(r"\d", "0", printed)
         if not (same_form and alike(part.output, printed, numbers="numbers vary" not in part.words)):
             part = replace(part, output=printed)
@@ -244,16 +248,18 @@ def main() -> None:
     """The command line: one page here, more of them in a process each."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("places", nargs="+", type=Path, help="pages, or folders of pages")
+    parser.add_argument("--prose", action="store_true", help="run nothing: only prose has changed, for the notebooks")
     asked = parser.parse_args()
     pages = [page for place in asked.places for page in (sorted(place.glob("*.md")) if place.is_dir() else [place])]
     if len(pages) == 1:
         page = pages[0].resolve()
         sys.path.insert(0, "")  # What the page writes may be imported, as where a reader works.
         with tempfile.TemporaryDirectory(prefix="page-") as folder, contextlib.chdir(folder):
-            run_page(page)
+            run_page(page, run=not asked.prose)
         return
+    options = ["--prose"] if asked.prose else []
     for page in pages:
-        subprocess.run([sys.executable, __file__, str(page)], check=True, env=environment())
+        subprocess.run([sys.executable, __file__, str(page), *options], check=True, env=environment())
 
 
 if __name__ == "__main__":
