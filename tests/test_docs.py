@@ -1,10 +1,7 @@
 """README and docs speak of what is there: links, files, modules, commands; their example runs as it stands."""
 
 import ast
-import os
 import re
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,9 +9,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from experiments.twins.draw import draw
-from experiments.twins.write import write_session
-from jaxsat.cli.main import run
 from jaxsat.satellites import Satellite, read_satellite
 from jaxsat.sensors import View
 
@@ -114,23 +108,6 @@ def test_every_page_has_its_place():
     assert max(map(folders.count, folders)) <= MOST_PAGES
 
 
-@pytest.mark.slow
-def test_python_example_runs_and_its_gradient_is_that_of_finite_differences():
-    text = (ROOT / "docs" / "python.md").read_text("utf-8")
-    (example,) = re.findall(r"^```python\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE)
-    check = """
-f, m, h = jax.jit(mean_field_angle), jnp.array([0.3, 0.0, 0.0]), 1e-6
-gradient = jax.jit(jax.jacfwd(mean_field_angle))(m)
-steps = [(f(m + h * e) - f(m - h * e)) / (2 * h) for e in jnp.eye(3)]
-np.testing.assert_allclose(gradient, steps, rtol=1e-4)
-"""
-    # As for a user: the other tests have a code generator of their own (conftest.py).
-    own = {name: value for name, value in os.environ.items() if name != "XLA_FLAGS"}
-    done = subprocess.run([sys.executable, "-c", example + check], capture_output=True, text=True, timeout=300, env=own)
-    assert done.returncode == 0, done.stderr
-    assert "(1000, 1, 4)\n[" in done.stdout
-
-
 def test_a_sensor_of_ones_own_reads_a_satellite_file(tmp_path):
     text = (ROOT / "docs" / "satellites" / "sensors.md").read_text("utf-8")
     ((code, keys),) = re.findall(
@@ -146,22 +123,6 @@ def test_a_sensor_of_ones_own_reads_a_satellite_file(tmp_path):
     view = View(jnp.array([1.0, 0.0, 0.0, 0.0]), none, jnp.array(0.0), jnp.array([7e6, 0.0, 0.0]), none, field)
     np.testing.assert_allclose(satellite.model.sensors["size"](view), [5e-5], rtol=1e-15)
     assert [leaf.name for leaf in satellite.leaves if leaf.sigma is not None] == ["size.gain"]
-
-
-@pytest.mark.slow
-def test_the_draft_and_the_check_of_the_tutorial_are_those_of_the_program(tmp_path, monkeypatch, capsys):
-    text = (ROOT / "docs" / "satellites" / "verdict.md").read_text("utf-8")
-    table = write_session(draw("1u-coils", 3), tmp_path / "lark")
-    monkeypatch.chdir(tmp_path)
-    table.rename("pass.csv")
-    table.with_suffix(".tle").rename("pass.tle")
-    assert run(["init", "pass.csv"]) == 0
-    drafted = capsys.readouterr().out
-    assert "area_turns_m2 = 1.0    # CHANGE" in drafted
-    Path("sat.toml").write_text(drafted)
-    assert run(["check", "pass.csv", "--satellite", "sat.toml"]) == 0
-    # Lines break where the terminal ends.
-    assert " ".join(capsys.readouterr().out.split()) in " ".join(text.split())
 
 
 def test_what_contributors_start_from_runs(tmp_path, monkeypatch, capsys):

@@ -33,7 +33,8 @@ def turned_table(folder: Path, turn: np.ndarray) -> Path:
     return path
 
 
-@pytest.mark.parametrize("turn", [np.eye(3), HALF_TURN, QUARTERS], ids=["as it is", "half a turn", "quarters"])
+# As it is, the tutorial fits it (docs/tutorials/iss.md).
+@pytest.mark.parametrize("turn", [HALF_TURN, QUARTERS], ids=["half a turn", "quarters"])
 def test_the_station_s_magnetometer_is_found_however_it_is_turned(tmp_path, turn):
     satellite = station()
     session = read_tables(turned_table(tmp_path, turn), satellite)
