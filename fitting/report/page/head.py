@@ -53,7 +53,13 @@ def doubts(result: FitResult, warnings: Sequence[str]) -> list[str]:
     confirmed = set(confirmations(result))
     found = [remark for remark in result.remarks if remark not in confirmed]
     found += list(_own(result))
-    return [f"{text[:1].upper()}{text[1:]}".rstrip(".") + "." for text in dict.fromkeys([*found, *warnings])]
+    return [_sentence(text) for text in dict.fromkeys([*found, *warnings])]
+
+
+def _sentence(text: str) -> str:
+    # The name of a file stays as it is.
+    begin = text[:1] if ":" in text.split(" ")[0] else text[:1].upper()
+    return f"{begin}{text[1:]}".rstrip(".") + "."
 
 
 def confirmations(result: FitResult) -> list[str]:
