@@ -2,12 +2,14 @@
 
 import ast
 import re
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from cyclopts import CycloptsError
 
 from jaxsat.satellites import Satellite, read_satellite
 from jaxsat.sensors import View
@@ -79,6 +81,7 @@ def is_there(name: str) -> bool:
         return False
     nodes = list(ast.walk(ast.parse(source(module).read_text("utf-8"))))
     defined = {node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+    defined |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
     imported = (node for node in nodes if isinstance(node, ast.ImportFrom))
     return member in defined | {alias.asname or alias.name for node in imported for alias in node.names}
 
@@ -92,6 +95,45 @@ def test_commands_that_are_named_exist(page):
         for command in re.findall(r"(?:^|[\s/])jaxsat ([a-z][\w-]*)", span):
             # That of the example in CONTRIBUTING is not there yet.
             assert command in known | {"perigee"}, span
+
+
+def commands(text: str) -> Iterator[list[str]]:
+    """Words of each `jaxsat` command in console blocks and shell scripts, without what the shell makes of the rest."""
+    for kind, block in re.findall(r"^```(console|sh)\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE):
+        for line in block.replace("\\\n", "").splitlines():
+            if kind == "sh" or line.startswith("$ "):
+                for part in re.split(r"&&|;|\||>", re.sub(r"\s#.*", "", line.removeprefix("$ "))):
+                    found = re.match(r"\s*(?:[A-Z_]+=\S+ )*(?:\S*/)?jaxsat\s(.*)", part)
+                    if found:
+                        yield shlex.split(found[1])
+
+
+def test_commands_are_understood():
+    """With all their options, which are read and not run."""
+    from jaxsat.cli.main import app
+
+    every = [(page.name, words) for page in PAGES for words in commands(page.read_text("utf-8"))]
+    assert len(every) > 50
+    for page, words in every:
+        try:
+            app.parse_args(words, print_error=False, exit_on_error=False)
+        except CycloptsError as error:
+            pytest.fail(f"{page}: jaxsat {shlex.join(words)}: {error}")
+
+
+def test_python_blocks_import_what_is_there():
+    """Those that no test runs, too: they are Python, and what they import of this project exists."""
+    blocks = [
+        (page.name, block)
+        for page in PAGES
+        for block in re.findall(r"^```(?:py|python)\n(.*?)^```", page.read_text("utf-8"), re.DOTALL | re.MULTILINE)
+    ]
+    assert len(blocks) > 20
+    for page, block in blocks:
+        for node in ast.walk(ast.parse(block, page)):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] in ("jaxsat", "fitting"):
+                missing = [alias.name for alias in node.names if not is_there(f"{node.module}.{alias.name}")]
+                assert not missing, (page, node.module, missing)
 
 
 @pytest.mark.parametrize("text", ["`jaxsat.nowhere`", "`fitting.run.fit_all`", "`x = jaxsat.control.emergency_law.f`"])
