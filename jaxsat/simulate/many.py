@@ -21,6 +21,7 @@ from jaxsat.simulate.checks import (
     with_unit_length,
 )
 from jaxsat.simulate.on_grid import Trajectory, trajectory
+from jaxsat.simulate.principal import common_axes
 from jaxsat.simulate.single import MOST_STEPS
 from jaxsat.simulate.tabulating import Tabulate
 from jaxsat.spacecraft import Spacecraft, in_axes
@@ -101,17 +102,11 @@ def _with_errors(motion: Trajectory, errors: np.ndarray, tolerance: float, warn:
 
 
 def _in_principal_axes(spacecraft, initial, torques):
-    """dcm_principal_from_body and satellite and states in those axes, where that spares work; else None.
-
-    Half of the right-hand side is products with the inertia's off-diagonal elements. A torque with vectors of its own
-    would have to be turned too, and so would a part that is not known here.
-    """
-    own_vectors = bool(spacecraft.parts) or any(jnp.ndim(leaf) > 0 for leaf in jax.tree.leaves(torques))
-    inertia = np.asarray(spacecraft.inertia)
-    if own_vectors or inertia.ndim == 3 or np.count_nonzero(inertia - np.diag(np.diag(inertia))) == 0:
+    """dcm_principal_from_body and satellite and states in those axes, where that spares work; else None."""
+    axes = None if spacecraft.inertia.ndim == 3 else common_axes(spacecraft, torques)
+    if axes is None:
         return None, spacecraft, initial
-    moments, columns = np.linalg.eigh(inertia.astype(float))
-    axes = columns.T * np.array([np.sign(np.linalg.det(columns)), 1.0, 1.0])[:, None]
+    moments = np.diag(axes @ np.asarray(spacecraft.inertia, float) @ axes.T)
     new = eqx.tree_at(lambda craft: craft.inertia, in_axes(spacecraft, axes), jnp.diag(jnp.asarray(moments)))
     # Back to the satellite's own precision, which the axes must not raise.
     new = jax.tree.map(lambda x, like: x.astype(like.dtype), new, spacecraft)

@@ -26,6 +26,7 @@ from jaxsat.simulate.checks import (
 )
 from jaxsat.simulate.on_grid import Trajectory
 from jaxsat.simulate.parts import Absent, advance_parts, parts_of
+from jaxsat.simulate.principal import common_axes
 from jaxsat.simulate.rates import fastest_rate
 from jaxsat.simulate.tabulating import Tabulate, bucket, tabulated
 from jaxsat.spacecraft import Spacecraft, in_axes
@@ -132,7 +133,7 @@ class Sensitivities:
             craft, state = jax.tree.map(lambda leaf, k=k: leaf[k], (crafts, states))
             check_satellite(craft, f"Sensitivities, case {k}")
             in_unit_length(state, f"Sensitivities, case {k}")
-        self._axes = _common_axes(crafts, self._torques)
+        self._axes = common_axes(crafts, self._torques)
         batch = Batch(
             crafts, states, self._surroundings, self._times, self._start, self._torques, self._tolerance, None
         )
@@ -227,16 +228,3 @@ class Sensitivities:
             return jnp.concatenate([q, w])
         back = quaternion.from_dcm(jnp.asarray(self._axes))
         return jnp.concatenate([quaternion.multiply(q, back), jnp.asarray(self._axes.T) @ w])
-
-
-def _common_axes(crafts: Spacecraft, torques: tuple[AbstractTorque, ...] | None) -> np.ndarray | None:
-    """dcm_principal_from_body of all satellites; None where there is none, or something cannot be turned."""
-    own_vectors = bool(crafts.parts) or any(jnp.ndim(leaf) > 0 for leaf in jax.tree.leaves(torques))
-    inertia = np.asarray(crafts.inertia, float)
-    if own_vectors:
-        return None
-    columns = np.linalg.eigh(inertia[0])[1]
-    axes = columns.T * np.array([np.sign(np.linalg.det(columns)), 1.0, 1.0])[:, None]
-    turned = axes @ inertia @ axes.T
-    off = np.abs(turned * (1.0 - np.eye(3))).max()
-    return axes if 0.0 < np.abs(inertia * (1.0 - np.eye(3))).max() and off <= DUST * np.abs(inertia).max() else None
