@@ -6,6 +6,7 @@ import pytest
 
 from jaxsat.dynamics import AttitudeState
 from jaxsat.environment import OrbitTable
+from jaxsat.integrators import AdamsGrid
 from jaxsat.simulate import pieces, simulate, simulate_many
 from jaxsat.simulate.pieces import most_steps, pieces_of
 from jaxsat.spacecraft import Spacecraft
@@ -28,7 +29,7 @@ def test_pieces_follow_each_other(times, sign):
         begin = nodes[-1]
         assert abs(grid.step) <= 3.0 * (1 + 1e-9)
         # What is read: a polynomial in time through the steps is time itself.
-        ends = nodes[0] + grid.step * np.arange(piece.count + 1)
+        ends = nodes[0] + grid.step * np.arange(int(piece.count) + 1)
         read = np.sum(ends[grid.sample_first[:, None] + np.arange(10)] * grid.sample_weights, axis=1)
         np.testing.assert_allclose(read[0], begin, atol=1e-9)
         np.testing.assert_allclose(read[piece.read], sign * times[piece.samples], atol=1e-9)
@@ -66,4 +67,5 @@ def test_a_motion_in_pieces_is_the_motion(monkeypatch):
     for found, expected in zip(both(), whole, strict=True):
         np.testing.assert_allclose(found.quaternion, expected.quaternion, rtol=0, atol=3e-8)
         np.testing.assert_allclose(found.angular_velocity, expected.angular_velocity, rtol=0, atol=1e-9)
-    assert whole[0].grid.steps > 3000
+    grid = whole[0].grid
+    assert isinstance(grid, AdamsGrid) and grid.steps > 3000

@@ -48,15 +48,15 @@ def test_log_density_has_the_slope_of_finite_differences(minimum, target):
 @pytest.mark.slow
 def test_draws_scatter_by_the_sigmas_of_the_information_matrix(minimum, target):
     pytest.importorskip("blackjax")
-    posterior = draw_from(target, minimum.parameters, draws=100, warmup=30, chains=2, seed=3)
-    assert posterior.samples.shape == (2, 100, 6) and posterior.divergences == 0
+    posterior = draw_from(target, minimum.parameters, draws=75, warmup=25, chains=2, seed=3)
+    assert posterior.samples.shape == (2, 75, 6) and posterior.divergences == 0
     assert posterior.names == minimum.parameters.names[:6] and posterior.units == ("deg",) * 3 + ("deg/s",) * 3
-    # 120 independent draws tell a sigma to 6.5 %; 25 % is four times that.
-    assert posterior.effective_samples.min() > 120 and posterior.split_r_hat.max() < 1.05
+    # 90 independent draws tell a sigma to 7.5 %; 25 % is three times that.
+    assert posterior.effective_samples.min() > 90 and posterior.split_r_hat.max() < 1.05
     sigma = np.degrees(np.sqrt(np.diagonal(np.linalg.inv(minimum.refined.points.hessian[0][:6, :6]))))
     sigma[3:] *= RATE_UNIT
     np.testing.assert_allclose(list(posterior.sigma().values()), sigma, rtol=0.25)
     rate = posterior.samples[..., 3:].mean(axis=(0, 1))
     best = np.degrees(minimum.refined.points.x[0, 3:6]) * RATE_UNIT
-    # The mean of as many: 0.09 sigma, three times that.
+    # The mean of as many: 0.1 sigma, three times that.
     assert np.all(np.abs(rate - best) < 0.3 * sigma[3:])
