@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from fitting.sensitivity.analysis import Sensitivity
 from fitting.sensitivity.contributions import Contribution
 from fitting.sensitivity.report.document import verdict
-from jaxsat.report import Picture, Remarks, Section, Table, page
+from jaxsat.report import Contents, Lead, Link, Picture, Remarks, Section, Table, page
 from jaxsat.significant import unit_text, value_text
 
 TITLES = {
@@ -19,7 +19,9 @@ TITLES = {
 def sensitivity_page(found: Sensitivity, drawn: Mapping[str, bytes], subtitle: str) -> str:
     """Returns the HTML text."""
     first, *rest = verdict(found)
-    sections: list[Section] = [Remarks("What to know", rest)]
+    told = Remarks("What to know", [f"{text[:1].upper()}{text[1:]}." for text in rest])
+    beside = Contents("On this page", [Link("sensitivity.json", "sensitivity.json")])
+    sections: list[Section] = [Lead([told], [beside])]
     sections += [Picture(TITLES[name][0], png, TITLES[name][1]) for name, png in drawn.items() if name in TITLES]
     sections += [_numbers(found), _bias(found)]
     sections += [_shares("Channels", found, found.contributions.channels)]
