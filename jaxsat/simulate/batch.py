@@ -208,8 +208,7 @@ class Batch:
         return bool(np.all(self.times == self.times[-1]))
 
     def _pieces(self, max_step: float, width: int, room: int = 0) -> list[Piece]:
-        workers = (os.cpu_count() or 1) if jax.default_backend() == "cpu" else 1
-        most = most_steps(0 if self._last_only else width * workers)
+        most = most_steps(0 if self._last_only else width * workers())
         return pieces_of(self.times, start=self.start, max_step=max_step, most=most, room=room)
 
     def _by_adams(self, chosen: np.ndarray, max_step: float, room: int) -> Float[np.ndarray, "cases samples parts"]:
@@ -236,15 +235,8 @@ class Batch:
                 options = (self.varies, absent, self._last_only)
                 return np.asarray(_advance(parts, like, its_body, table, piece.grid, piece.count, *options))
 
-            program = (
-                "Adams",
-                width,
-                piece.grid.steps,
-                len(piece.grid.sample_first),
-                self.varies,
-                absent,
-                self._last_only,
-            )
+            shapes = piece.grid.steps, len(piece.grid.sample_first)
+            program = (width, *shapes, self.varies, absent, self._last_only)
             states = np.concatenate(in_chunks(one, np.arange(len(chosen)), width, program), axis=-1)
             states = states[..., : len(chosen)]
             now = states[0]
@@ -261,6 +253,11 @@ class Batch:
         if self.varies:
             zero = eqx.tree_at(varying, zero, jax.tree.map(lambda x: np.all(x, axis=0), varying(zero)))
         return tuple(tuple(x.reshape(-1).tolist()) for x in jax.tree.leaves(zero))
+
+
+def workers() -> int:
+    """Chunks that are done at once."""
+    return (os.cpu_count() or 1) if jax.default_backend() == "cpu" else 1
 
 
 _BEGUN: set[Hashable] = set()
@@ -281,8 +278,7 @@ def in_chunks(
     if alone == len(chunks):
         return found
     # Two programs at once use two cores better than one program that shares its small loops out.
-    workers = (os.cpu_count() or 1) if jax.default_backend() == "cpu" else 1
-    with ThreadPoolExecutor(workers) as pool:
+    with ThreadPoolExecutor(workers()) as pool:
         return found + list(pool.map(one, chunks[alone:]))
 
 

@@ -1,6 +1,5 @@
 """Derivatives of motions by numbers of one's choice: prepared once, asked often, of one satellite or many."""
 
-import os
 from collections.abc import Callable
 from typing import Any
 
@@ -15,7 +14,7 @@ from jaxsat.integrators import AdamsGrid
 from jaxsat.math import inverse_3x3, quaternion
 from jaxsat.math.one_function import WIDE, whole_or_usual
 from jaxsat.simulate.absent import DUST, arrays_of, nowhere, present
-from jaxsat.simulate.batch import Batch, in_chunks
+from jaxsat.simulate.batch import Batch, in_chunks, workers
 from jaxsat.simulate.checks import (
     check_numbers,
     check_satellite,
@@ -80,11 +79,11 @@ class Sensitivities:
         check_numbers(torques, "Sensitivities: torques")
         check_surroundings(surroundings, self._start, self._times, "Sensitivities")
         self._axes: np.ndarray | None = None
-        self._turned: bytes | None = None
         self._absent: Absent = ()
         self._rate = 0.0
         self._inputs: tuple = ()
         self._run: Any = None
+        self._compiled_for: tuple = ()
 
     def __call__(self, unknowns: Float[np.ndarray | Array, "*cases n"]) -> Derivatives:
         """Motion and derivatives of one satellite, or of many where `unknowns` is a table with a row for each."""
@@ -106,11 +105,10 @@ class Sensitivities:
 
     def _all(self, cases: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, bool]:
         """Of all cases: states [cases samples 7], derivatives [cases samples 7 n], rate, what was thought absent."""
-        workers = (os.cpu_count() or 1) if jax.default_backend() == "cpu" else 1
         width = 1 if len(cases) < FEW else LANES
         if jax.default_backend() != "cpu":
             width = len(cases)
-        groups = min(GROUPS, max(1, -(-len(cases) // (width * workers))))
+        groups = min(GROUPS, max(1, -(-len(cases) // (width * workers()))))
 
         def one(numbers):
             lanes = np.moveaxis(cases[numbers].reshape(groups, width, -1), 1, 2)
@@ -120,7 +118,7 @@ class Sensitivities:
             slopes = np.moveaxis(slopes, -1, 1).reshape(groups * width, *slopes.shape[1:-1])
             return values, slopes, rate, wrong
 
-        found = in_chunks(one, np.arange(len(cases)), groups * width, (self._run, groups, width))
+        found = in_chunks(one, np.arange(len(cases)), groups * width, (id(self._run), groups, width))
         values, slopes = (np.concatenate([part[k] for part in found])[: len(cases)] for k in (0, 1))
         rate = max(float(np.max(part[2])) for part in found)
         return values, slopes, rate, any(bool(np.any(part[3])) for part in found)
@@ -147,10 +145,10 @@ class Sensitivities:
         table = tabulated(self._surroundings, grid.node_times)
         check_table(table, "Sensitivities")
         self._inputs = (table, grid, np.asarray(count))
-        before, self._absent = (self._absent, self._turned), self._nowhere(cases)
-        self._turned = None if self._axes is None else self._axes.tobytes()
-        if self._run is None or before != (self._absent, self._turned):
-            self._run = whole_or_usual(self._program, WIDE)
+        self._absent = self._nowhere(cases)
+        wanted = self._absent, None if self._axes is None else self._axes.tobytes()
+        if self._compiled_for != wanted:
+            self._compiled_for, self._run = wanted, whole_or_usual(self._program, WIDE)
 
     def _checked(self, unknowns: Float[Array, " n"]) -> tuple[Spacecraft, AttitudeState]:
         craft, state = self._of(unknowns)
