@@ -13,3 +13,4 @@ from jaxsat.report.sections import Picture as Picture
 from jaxsat.report.sections import Remarks as Remarks
 from jaxsat.report.sections import Section as Section
 from jaxsat.report.sections import Table as Table
+from jaxsat.report.sections import sentence as sentence

@@ -101,6 +101,12 @@ class Lead:
 Section = Facts | KeyNumbers | Table | Picture | Live | Remarks | Contents | Folded | Lead
 
 
+def sentence(text: str) -> str:
+    """With a capital letter, but for the name of a file, and a full stop."""
+    begin = text[:1] if ":" in text.split(" ")[0] else text[:1].upper()
+    return f"{begin}{text[1:]}".rstrip(".") + "."
+
+
 def sections_html(sections: Sequence[Section]) -> str:
     """Returns the HTML of all parts."""
     told = [one for one in _flat(sections) if not _is_empty(one)]

@@ -11,6 +11,7 @@ from fitting.outcome.witness import Witness
 from fitting.parameters.invisible import PRIORS
 from fitting.report.fit.result_rows import weak_text
 from fitting.report.rows import STRONG_CORRELATION, medians, strong_correlations
+from jaxsat.report import sentence
 from jaxsat.significant import count_text, unit_text, value_text
 
 CLOSE_CHI2 = 25.0
@@ -53,13 +54,7 @@ def doubts(result: FitResult, warnings: Sequence[str]) -> list[str]:
     confirmed = set(confirmations(result))
     found = [remark for remark in result.remarks if remark not in confirmed]
     found += list(_own(result))
-    return [_sentence(text) for text in dict.fromkeys([*found, *warnings])]
-
-
-def _sentence(text: str) -> str:
-    # The name of a file stays as it is.
-    begin = text[:1] if ":" in text.split(" ")[0] else text[:1].upper()
-    return f"{begin}{text[1:]}".rstrip(".") + "."
+    return [sentence(text) for text in dict.fromkeys([*found, *warnings])]
 
 
 def confirmations(result: FitResult) -> list[str]:

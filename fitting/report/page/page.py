@@ -44,6 +44,7 @@ from jaxsat.report import (
     Section,
     Table,
     page,
+    sentence,
 )
 from jaxsat.significant import unit_text, value_and_sigma, value_text
 from jaxsat.telemetry import RejectedRow
@@ -106,7 +107,7 @@ def _lead(result: FitResult, provenance: Mapping[str, Any], base: str) -> Lead:
     left = [
         KeyNumbers("Key numbers", key_numbers(result)),
         Remarks("What to doubt", doubts(result, provenance["warnings"]) or [NO_DOUBT]),
-        Remarks("What confirms it", [f"{text[:1].upper()}{text[1:]}." for text in confirmed]),
+        Remarks("What confirms it", [sentence(text) for text in confirmed]),
         Contents("On this page", list(_files(provenance, base).values())),
     ]
     rows = [(name, value, f"± {s}" if s else "", *rest) for name, value, s, *rest in worth_rows(result)]

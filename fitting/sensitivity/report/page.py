@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from fitting.sensitivity.analysis import Sensitivity
 from fitting.sensitivity.contributions import Contribution
 from fitting.sensitivity.report.document import verdict
-from jaxsat.report import Contents, Lead, Link, Picture, Remarks, Section, Table, page
+from jaxsat.report import Contents, Lead, Link, Picture, Remarks, Section, Table, page, sentence
 from jaxsat.significant import unit_text, value_text
 
 TITLES = {
@@ -19,7 +19,7 @@ TITLES = {
 def sensitivity_page(found: Sensitivity, drawn: Mapping[str, bytes], subtitle: str) -> str:
     """Returns the HTML text."""
     first, *rest = verdict(found)
-    told = Remarks("What to know", [f"{text[:1].upper()}{text[1:]}." for text in rest])
+    told = Remarks("What to know", [sentence(text) for text in rest])
     beside = Contents("On this page", [Link("sensitivity.json", "sensitivity.json")])
     sections: list[Section] = [Lead([told], [beside])]
     sections += [Picture(TITLES[name][0], png, TITLES[name][1]) for name, png in drawn.items() if name in TITLES]
@@ -52,7 +52,7 @@ def sensitivity_page(found: Sensitivity, drawn: Mapping[str, bytes], subtitle: s
         subtitle=subtitle,
         verdict="good" if found.regular else "doubtful",
         verdict_text="Regular." if found.regular else "Not regular.",
-        message=f"{first[0].upper()}{first[1:]}.",
+        message=sentence(first),
         sections=sections,
     )
 
