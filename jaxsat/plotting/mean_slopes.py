@@ -6,7 +6,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from jaxsat.plotting.style import FAINT, INK, LEFT_OUT, dress, head, new_figure, panels, rows_of
+from jaxsat.plotting.style import FAINT, INK, LEFT_OUT, QUIET, dress, head, new_figure, panels, rows_of
 
 BAR, FAINT_BAR = "#14497a", "#b9c7d6"
 ROW_IN, HEAD_IN = 0.24, 0.78
@@ -43,7 +43,7 @@ def _draw(axes: Axes, name: str, metric: Mapping[str, Any]) -> None:
     mean = metric["mean"]
     if mean is not None:
         # Its unit stands in the name.
-        head(axes, f"mean {mean:.4g}", side="right", fontsize=8, color="#555b66")
+        head(axes, f"mean {mean:.4g}", side="right", fontsize=8, color=QUIET)
     slopes = metric["slopes"]
     for place, one in enumerate(slopes.values()):
         value, sigma = one["effect"]["value"], one["effect"]["sigma"]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from jaxsat.plotting.style import FAINT, INK, new_figure
+from jaxsat.plotting.style import FAINT, INK, QUIET, new_figure
 
 ROW_IN = 0.235
 FOOTER_CHARACTERS = 110
@@ -45,7 +45,7 @@ def draw_parameters(
 
     y = height - 0.62 - 0.5 * ROW_IN
     for column in COLUMNS_IN:
-        put(column, y, column, fontsize=8.5, color="#555b66", fontweight="bold")
+        put(column, y, column, fontsize=8.5, color=QUIET, fontweight="bold")
     _rule(figure, (y - 0.5 * ROW_IN) / height, width)
     for name, value, sigma, unit, note in rows:
         y -= ROW_IN
@@ -54,11 +54,11 @@ def draw_parameters(
         put("value", y, value, color=colour, family="monospace")
         put("1σ", y, f"± {sigma}" if sigma else "", family="monospace")
         put("unit", y, unit, color=colour)
-        put("note", y, note, color="#555b66", fontsize=8.5)
+        put("note", y, note, color=QUIET, fontsize=8.5)
     _rule(figure, (y - 0.55 * ROW_IN) / height, width)
     for line in footer:
         y -= 0.9 * ROW_IN
-        put("parameter", y - 0.2 * ROW_IN, line, fontsize=8.5, color="#555b66")
+        put("parameter", y - 0.2 * ROW_IN, line, fontsize=8.5, color=QUIET)
     return figure
 
 

@@ -44,7 +44,7 @@ def new_figure(width_in: float, height_in: float, title: str, subtitle: str = ""
     left, inch = 0.12 / width_in, 1.0 / height_in
     figure.text(left, 1.0 - 0.10 * inch, title, ha="left", va="top", fontsize=12, fontweight="bold", color=INK)
     if subtitle:
-        figure.text(left, 1.0 - 0.36 * inch, subtitle, ha="left", va="top", fontsize=9, color="#555b66")
+        figure.text(left, 1.0 - 0.36 * inch, subtitle, ha="left", va="top", fontsize=9, color=QUIET)
     return figure
 
 

@@ -6,7 +6,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from jaxsat.plotting.style import FAINT, INK, dress, head, new_figure, panels, rows_of
+from jaxsat.plotting.style import FAINT, INK, QUIET, dress, head, new_figure, panels, rows_of
 
 FIRST, TOTAL = "#14497a", "#9cc7e8"
 BAR, ROW_IN, HEAD_IN = 0.36, 0.27, 0.62
@@ -49,7 +49,7 @@ def _draw(axes: Axes, name: str, metric: Mapping[str, Any]) -> None:
     unresolved = metric["unresolved"]
     if unresolved is not None and unresolved > 0.005:
         axes.axvspan(0.0, unresolved, color="#eceef2", linewidth=0, zorder=0)
-        head(axes, f"unresolved {unresolved:.0%}", side="right", fontsize=8, color="#555b66")
+        head(axes, f"unresolved {unresolved:.0%}", side="right", fontsize=8, color=QUIET)
     for kind, colour, shift in (("first", FIRST, -0.5), ("total", TOTAL, 0.5)):
         places = [place + shift * BAR for place in range(len(indices))]
         # Of what is known by an interval alone the line has no bar.

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from jaxsat.plotting.channels.timeline import Timeline, column_colours
-from jaxsat.plotting.style import FAINT, INK, LEFT_OUT, dress, head, new_figure, nice_ceiling
+from jaxsat.plotting.style import FAINT, INK, LEFT_OUT, QUIET, dress, head, new_figure, nice_ceiling
 
 _DASHED = (0, (4, 2))
 _HOLLOW = {"markerfacecolor": "white", "markeredgecolor": INK, "markeredgewidth": 0.8}
@@ -150,7 +150,7 @@ def draw_readings(readings: Readings, timeline: Timeline, *, unit: str, title: s
             _draw_reading(axes, r, k, colours[kind][k])
             head(axes, r.columns[k], fontweight="bold", color=colours[kind][k])
             if r.notes:
-                head(axes, r.notes[k], side="right", fontsize=8, color="#555b66")
+                head(axes, r.notes[k], side="right", fontsize=8, color=QUIET)
             dress(axes, y_label=unit)
             axes.locator_params(axis="y", nbins=5)
         else:
