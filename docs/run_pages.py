@@ -1,160 +1,60 @@
 """Runs the commands and the Python of pages, and writes what they gave into the pages and into notebooks beside them.
 
-    .venv/bin/python docs/run_pages.py docs/tutorials
+    .venv/bin/python docs/run_pages.py docs/tutorials README.md
+    .venv/bin/python docs/run_pages.py --check docs README.md
 
-takes folders and single pages (`--prose` where nothing has to be run again). Each page is run from top to bottom in
-an empty folder, by a process of its own:
+takes folders and single pages, `--check` writes nothing and ends with 1 where something else is printed than is shown,
+`--prose` makes notebooks anew where nothing has to be run. Each page is run from top to bottom in an empty folder, by a
+process of its own, as a reader would in a terminal where this environment comes first:
 
-    ```sh          commands, run by bash, with this environment's `jaxsat` and `python`
+    ```sh          commands, run by bash
     ```python      one interpreter for all of a page
-    ```text        right behind one of these: what it printed, which is written here
-    ![...](images/NAME.png)    a picture that the page's Python saved as NAME.png
+    ```text        right behind one of these: what it printed; a line of dots stands for lines that are not shown
+    ![...](images/NAME.png)    a picture that the page's Python saved as NAME.png, where the page is a notebook too
 
 A comment before a block, `<!-- KEY: VALUE -->`, says more of it:
 
     file: NAME             the block is a file, whatever its language
-    take: PATH PATH        files beside the page that the block needs: the reader has downloaded them
-    shown: FIRST+LAST      of a long output only so many first and last lines are shown
-    in tests: OLD => NEW   the test runs less: its output's words are compared, not its numbers
+    before: COMMANDS       what a reader has or does elsewhere, run by bash; $DOCS is the folder of all pages
+    with: PAGE             the files of another page's blocks are there, and what those have before
+    status: NUMBER         with which the commands end, if it is not 0
+    not shown              what it prints is not compared
     numbers vary           those of the output depend on how much was run, or on the machine
+    in checks: OLD => NEW  `--check` runs less, and compares the output's words alone; several are parted by |
+    not run: REASON        here, because of it
 
-Outputs and pictures that are as before (`outputs.alike`) are left to the byte. `tests/test_tutorials.py` runs the same.
+Outputs and pictures that are as before (`outputs.py`) are left to the byte. `tests/test_pages.py` checks all pages.
 """
 
 import argparse
-import base64
 import contextlib
-import io
 import os
-import re
 import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
-from outputs import alike, same_picture, shortened
-
-ROOT = Path(__file__).parent.parent
-WIDTH = 84
-"""Of the terminal, in characters."""
-MOST_BYTES = 500_000
-"""Of a notebook."""
-RUN = ("sh", "python")
-FENCE = re.compile(
-    r"((?:^<!-- [^\n]+ -->\n)*)^```(\w+)\n(.*?)^```\n(?:\n^```text\n(.*?)^```\n)?", re.DOTALL | re.MULTILINE
-)
-PICTURE = re.compile(r"^!\[[^\]]*\]\(images/([\w-]+\.png)\)\n", re.MULTILINE)
+from notebooks import notebook
+from outputs import alike, renewed, same_picture
+from pages import Page, Prose, environment, parts_of
 
 
-@dataclass(frozen=True)
-class Prose:
-    """What stands between blocks."""
-
-    text: str
-
-    def pictures(self) -> list[str]:
-        """Names of those that are shown."""
-        return PICTURE.findall(self.text)
-
-
-@dataclass(frozen=True)
-class Block:
-    """A fenced block with what is said of it and what it printed."""
-
-    comments: str
-    language: str
-    code: str
-    output: str = ""
-
-    @property
-    def words(self) -> dict[str, str]:
-        """What the comments say, by key."""
-        found = re.findall(r"^<!-- ([a-z ]+?)(?:: (.*?))? -->$", self.comments, flags=re.MULTILINE)
-        return {key: value for key, value in found}
-
-    @property
-    def runs(self) -> bool:
-        """Whether it is run, and not a file or an example to look at."""
-        return self.language in RUN and "file" not in self.words
-
-    def for_tests(self) -> "Block":
-        """With the smaller sizes of the tests."""
-        if "in tests" not in self.words:
-            return self
-        old, new = self.words["in tests"].split(" => ")
-        if self.code.count(old) != 1:
-            raise ValueError(f"in tests: {old!r} does not stand once in\n{self.code}")
-        return replace(self, code=self.code.replace(old, new))
-
-    def told(self, printed: str) -> str:
-        """The output as the page shows it."""
-        return shortened(printed, self.words.get("shown"))
-
-    def text(self) -> str:
-        """As it stands in the page."""
-        shown = f"\n```text\n{self.output}```\n" if self.output else ""
-        return f"{self.comments}```{self.language}\n{self.code}```\n{shown}"
-
-
-def parts_of(text: str) -> Iterator[Prose | Block]:
-    """A page as prose and blocks, in their order. An output belongs to blocks that run alone."""
-    end = 0
-    for match in FENCE.finditer(text):
-        comments, language, code, output = match.groups()
-        block, last = Block(comments, language, code, output or ""), match.end()
-        if output and not block.runs:
-            block, last = replace(block, output=""), match.end(3) + len("```\n")
-        yield Prose(text[end : match.start()])
-        yield block
-        end = last
-    yield Prose(text[end:])
-
-
-@dataclass
-class Page:
-    """A page while it is run, in the working folder."""
-
-    beside: Path
-    """The folder of its source."""
-    shell: Callable[[str], str]
-    """Runs commands and returns what they printed."""
-    names: dict = field(default_factory=lambda: {"__name__": "__main__"})
-    """The variables of its Python."""
-
-    def run(self, block: Block) -> str:
-        """Does what a reader does with a block; returns what it prints."""
-        for name in block.words.get("take", "").split():
-            shutil.copy(self.beside / name, Path(name).name)
-        if "file" in block.words:
-            Path(block.words["file"]).write_text(block.code, "utf-8")
-        if not block.runs:
-            return ""
-        if block.language == "sh":
-            return self.shell(block.code)
-        told = io.StringIO()
-        with contextlib.redirect_stdout(told):
-            exec(compile(block.code, f"<{self.beside.name}>", "exec"), self.names)
-        return told.getvalue()
-
-
-def bash(commands: str) -> str:
-    """Runs commands as a reader would; those that fail end it, with what they said."""
-    done = subprocess.run(
-        ["bash", "-euo", "pipefail", "-c", commands], capture_output=True, text=True, env=environment()
-    )
-    if done.returncode:
-        raise RuntimeError(f"{commands}\nended with {done.returncode}\n{done.stdout}{done.stderr}")
-    return done.stdout
-
-
-def environment() -> dict[str, str]:
-    """A terminal of one width without colours, in which this environment comes first."""
-    paths = [str(Path(sys.executable).parent), os.environ.get("PATH", "")]
-    own = {"COLUMNS": str(WIDTH), "NO_COLOR": "1", "MPLBACKEND": "Agg", "PYTHONPATH": str(ROOT)}
-    return {**os.environ, **own, "PATH": os.pathsep.join(paths)}
+def check_page(path: Path) -> list[str]:
+    """What a page shows and its blocks no longer give, from a run in the working folder."""
+    text, page, wrong = path.read_text("utf-8"), Page(), []
+    for part in parts_of(text):
+        if isinstance(part, Prose):
+            # Those of other pages are made by commands that take long, or by hand.
+            drawn = part.pictures() if _notebook(path) in text else []
+            wrong += [f"no block has drawn {name}" for name in drawn if not Path(name).exists()]
+            continue
+        printed = page.run(part.for_check())
+        numbers = part.numbers and "in checks" not in part.words
+        if "not shown" not in part.words and not alike(part.output, printed, numbers=numbers):
+            wrong.append(f"{part.code}shown:\n{part.output}printed:\n{printed}")
+    return wrong
 
 
 def run_page(path: Path, *, run: bool = True) -> None:
@@ -162,21 +62,26 @@ def run_page(path: Path, *, run: bool = True) -> None:
 
     Without `run` the notebook is made of what the page shows.
     """
-    page, written, cells = Page(path.parent, bash), [], []
-    for part in parts_of(path.read_text("utf-8")):
+    text, page, written, cells = path.read_text("utf-8"), Page(), [], []
+    for part in parts_of(text):
         if isinstance(part, Prose):
             pictures = {name: _picture(path, name) for name in part.pictures()}
             written.append(part.text)
             cells.append((part, pictures))
             continue
-        printed = part.told(page.run(part)) if run else part.output
-        same_form = re.sub(r"\d", "0", part.output) == re.sub(r"\d", "0", printed)
-        if not (same_form and alike(part.output, printed, numbers="numbers vary" not in part.words)):
-            part = replace(part, output=printed)
+        printed = page.run(part) if run else part.output
+        if "not shown" not in part.words:
+            part = replace(part, output=renewed(part.output, printed, numbers=part.numbers))
         written.append(part.text())
         cells.append((part, {}))
     _write(path, "".join(written).encode("utf-8"))
-    _write(path.parent / "notebooks" / f"{path.stem}.ipynb", notebook(cells))
+    if _notebook(path) in text:
+        _write(path.parent / _notebook(path), notebook(cells))
+
+
+def _notebook(page: Path) -> str:
+    """Where it is, seen from the page, which has a link to it if there is one."""
+    return f"notebooks/{page.stem}.ipynb"
 
 
 def _picture(page: Path, name: str) -> bytes:
@@ -195,72 +100,31 @@ def _write(path: Path, content: bytes) -> None:
         print(path)
 
 
-def notebook(cells: list[tuple[Prose | Block, dict[str, bytes]]]) -> bytes:
-    """The page as a notebook that has been run: pictures and printed lines are outputs of the cells above them."""
-    from nbformat import v4, validate, writes
-
-    made: list = []
-    for part, pictures in cells:
-        if isinstance(part, Block):
-            made.append(v4.new_code_cell(_cell(part), execution_count=1) if _is_code(part) else _fenced(part))
-            if part.output:
-                made[-1].outputs.append(v4.new_output("stream", name="stdout", text=part.output))
-            continue
-        code = [cell for cell in made if cell.cell_type == "code"]
-        for data in pictures.values():
-            shown = {"image/png": base64.b64encode(data).decode("ascii")}
-            code[-1].outputs.append(v4.new_output("display_data", data=shown))
-        text = re.sub(r"\]\((?!https?:|#)([^)\s]+)\)", r"](../\1)", PICTURE.sub("", part.text)).strip()
-        if text:
-            made.append(v4.new_markdown_cell(text))
-    for number, cell in enumerate(made):
-        # Random ones would make another file of the same page.
-        cell.id = f"cell-{number}"
-    for number, cell in enumerate((cell for cell in made if cell.cell_type == "code"), start=1):
-        cell.execution_count = number
-    about = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}}
-    whole = v4.new_notebook(cells=made, metadata=about)
-    validate(whole)
-    content = f"{writes(whole)}\n".encode()
-    if len(content) > MOST_BYTES:
-        raise ValueError(f"a notebook of {len(content)} bytes; at most {MOST_BYTES} were wanted")
-    return content
-
-
-def _is_code(block: Block) -> bool:
-    return block.runs or "file" in block.words
-
-
-def _fenced(block: Block):
-    from nbformat import v4
-
-    return v4.new_markdown_cell(f"```{block.language}\n{block.code}```")
-
-
-def _cell(block: Block) -> str:
-    """The source of a cell: commands and files are magics of IPython."""
-    if "file" in block.words:
-        return f"%%writefile {block.words['file']}\n{block.code}".rstrip()
-    return (f"%%bash\n{block.code}" if block.language == "sh" else block.code).rstrip()
-
-
-def main() -> None:
+def main() -> int:
     """The command line: one page here, more of them in a process each."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("places", nargs="+", type=Path, help="pages, or folders of pages")
+    parser.add_argument("--check", action="store_true", help="write nothing; 1 where a page shows something else")
     parser.add_argument("--prose", action="store_true", help="run nothing: only prose has changed, for the notebooks")
     asked = parser.parse_args()
-    pages = [page for place in asked.places for page in (sorted(place.glob("*.md")) if place.is_dir() else [place])]
+    pages = [page for place in asked.places for page in (sorted(place.rglob("*.md")) if place.is_dir() else [place])]
     if len(pages) == 1:
         page = pages[0].resolve()
         sys.path.insert(0, "")  # What the page writes may be imported, as where a reader works.
+        os.environ.update(environment())
         with tempfile.TemporaryDirectory(prefix="page-") as folder, contextlib.chdir(folder):
-            run_page(page, run=not asked.prose)
-        return
-    options = ["--prose"] if asked.prose else []
-    for page in pages:
-        subprocess.run([sys.executable, __file__, str(page), *options], check=True, env=environment())
+            if not asked.check:
+                run_page(page, run=not asked.prose)
+                return 0
+            wrong = check_page(page)
+        print("\n".join(wrong), end="")
+        return int(bool(wrong))
+    options = [f"--{name}" for name in ("check", "prose") if getattr(asked, name)]
+    failed = [page for page in pages if subprocess.run([sys.executable, __file__, str(page), *options]).returncode]
+    for page in failed:
+        print(f"failed: {page}")
+    return int(bool(failed))
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

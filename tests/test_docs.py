@@ -153,7 +153,7 @@ def test_every_page_has_its_place():
 def test_a_sensor_of_ones_own_reads_a_satellite_file(tmp_path):
     text = (ROOT / "docs" / "satellites" / "sensors.md").read_text("utf-8")
     ((code, keys),) = re.findall(
-        r"^<!-- runs -->\n```py\n(.*?)^```\n\n```toml\n(.*?)^```", text, re.DOTALL | re.MULTILINE
+        r"^<!-- file: my_sensors.py -->\n```python\n(.*?)^```\n\n```toml\n(.*?)^```", text, re.DOTALL | re.MULTILINE
     )
     (tmp_path / "my_sensors.py").write_text(code)
     (tmp_path / "sat.toml").write_text(

@@ -1,32 +1,12 @@
-"""Code on pages runs as it stands, in one go down each page, and what it is said to print is what it prints."""
+"""What how-to pages say of exit statuses, verdicts, satellite files and options is what the program has."""
 
 import ast
-import contextlib
-import io
 import re
 import tomllib
 from pathlib import Path
 
-import pytest
-
 DOCS = Path(__file__).parent.parent / "docs"
 EXITS = DOCS / "reference" / "exit-status.md"
-CODE, PRINTED = r"^<!-- runs -->\n```python\n(.*?)^```\n", r"(?:\n<!-- prints -->\n```text\n(.*?)^```)?"
-BLOCK = re.compile(CODE + PRINTED, re.DOTALL | re.MULTILINE)
-PAGES = [page for name in ("howto", "background", "reference") for page in sorted((DOCS / name).glob("*.md"))]
-RUN = [page for page in PAGES if BLOCK.search(page.read_text("utf-8")) and page.stem != "results"]
-"""That of results wants some: tests/cli/test_export.py."""
-
-
-@pytest.mark.parametrize("page", RUN, ids=lambda page: page.stem)
-def test_code_of_a_page_prints_what_the_page_says(page, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    there: dict = {"__name__": "page"}
-    for code, printed in BLOCK.findall(page.read_text("utf-8")):
-        out = io.StringIO()
-        with contextlib.redirect_stdout(out):
-            exec(code, there)
-        assert out.getvalue() == printed, page.name
 
 
 def test_the_page_of_exit_statuses_says_what_each_help_says():

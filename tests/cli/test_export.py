@@ -1,4 +1,4 @@
-"""`jaxsat export`: a fit's directory in each format, and what is refused; docs/howto/results.md reads what is there."""
+"""`jaxsat export`: a fit's directory in each format, and what is refused; what docs/howto/results.md reads is there."""
 
 import json
 import re
@@ -6,7 +6,6 @@ import shutil
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from scipy.spatial.transform import Rotation
@@ -118,44 +117,10 @@ def test_wrong_usage_and_missing_runs(fitted, capsys):
     assert "--format" in capsys.readouterr().err
 
 
-def blocks(language: str) -> list[str]:
-    """Code of the page."""
-    return re.findall(rf"^```{language}\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE)
-
-
-@pytest.fixture
-def results(fitted_run, tmp_path, monkeypatch):
-    """A fit and the table of a sweep under the names of the page."""
-    monkeypatch.chdir(tmp_path)
-    Path("munin-fit").symlink_to(fitted_run)
-    fields = [pa.field("case", pa.int64()), pa.field("status", pa.dictionary(pa.int8(), pa.string()))]
-    fields += [pa.field(name, pa.float64(), metadata={"unit": "deg"}) for name in ("largest_tilt_deg", "in_turn_x_deg")]
-    ended, tilts, turns = ["succeeded", "tumbling"], [20.0, 99.0], [1.0, 9.0]
-    table = {"case": [0, 1], "status": ended, "largest_tilt_deg": tilts, "in_turn_x_deg": turns}
-    Path("tilts").mkdir()
-    pq.write_table(pa.table(table, schema=pa.schema(fields)), "tilts/cases.parquet")
-    return fitted_run
-
-
-def test_python_reads_them(results, capsys):
-    there: dict = {}
-    for block in blocks("python"):
-        exec(block, there)
-    status, shape, free, used, ended, tilts, unit, rotations, valid = capsys.readouterr().out.splitlines()
-    document = json.loads((results / "fit.json").read_text("utf-8"))
-    count = len(document["attitude"]["t_s"])
-    assert status == f"{document['status']} | {document['verdict'][0]}"
-    assert shape == f"({count}, 4) 2001-01-18 04:54:15" and f"({count}, 3) {count - 1}" == rotations
-    assert all(document["parameters"][name]["free"] for name in json.loads(free.replace("'", '"')))
-    assert used.endswith("samples, ['residual_+X_sigma', 'residual_-X_sigma']")
-    assert ended == "{'succeeded': 1, 'tumbling': 1}" and valid == "True False"
-    assert tilts == "['largest_tilt_deg', 'in_turn_x_deg']" and "'in_turn_x_deg': 'deg'" in unit
-
-
-def test_names_that_matlab_asks_for_are_there(results):
-    (code,) = blocks("matlab")
-    document = json.loads((results / "fit.json").read_text("utf-8"))
-    head = (results / "attitude.csv").read_text("utf-8").partition("\n")[0].split(",")
+def test_names_that_matlab_asks_for_are_there(fitted_run):
+    (code,) = re.findall(r"^```matlab\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE)
+    document = json.loads((fitted_run / "fit.json").read_text("utf-8"))
+    head = (fitted_run / "attitude.csv").read_text("utf-8").partition("\n")[0].split(",")
     for path in re.findall(r"\bfit((?:\.\w+)+)", code.replace('"fit.json"', "")):
         inner = document
         for key in path[1:].split("."):
@@ -165,7 +130,8 @@ def test_names_that_matlab_asks_for_are_there(results):
     assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}", document["epoch_utc"])
 
 
-def test_cesium_finds_the_satellite_by_its_name(results):
-    assert run(["export", str(results), "--format", "czml", "--out", "munin-out"]) == 0
+def test_cesium_finds_the_satellite_by_its_name(fitted_run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run(["export", str(fitted_run), "--format", "czml", "--out", "munin-out"]) == 0
     packets = json.loads(Path("munin-out/session.czml").read_text("utf-8"))
     assert 'getById("satellite")' in PAGE and packets[1]["id"] == "satellite"

@@ -57,8 +57,7 @@ unit = "1"
 sigma = 0.01
 """
 
-_PAGE = Path(__file__).parents[2] / "docs" / "satellites" / "twins.md"
-((MODULE, OWN),) = re.findall(
-    r"^<!-- runs -->\n```py\n(.*?)^```\n\n```toml\n(.*?)^```", _PAGE.read_text("utf-8"), re.DOTALL | re.MULTILINE
-)
+_PAGE = (Path(__file__).parents[2] / "docs" / "satellites" / "twins.md").read_text("utf-8")
+_CODE = r"^<!-- file: mycells.py -->\n```python\n(.*?)^```\n\n```toml\n(.*?)^```"
+((MODULE, OWN),) = re.findall(_CODE, _PAGE, re.DOTALL | re.MULTILINE)
 """The sensor of the documentation, `mycells.py`, and what stands of it in the satellite file."""

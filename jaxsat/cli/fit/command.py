@@ -143,7 +143,7 @@ def fit(
     Example: jaxsat init pass.csv > sat.toml, edit it, then
     jaxsat fit pass.csv --satellite sat.toml --holdout 0.3 --out pass
 
-    Example: jaxsat fit a.RAW_SUN --free alsI0,albedo --arc 0 2700 --out a-fit
+    Example: jaxsat fit a.RAW_SUN --free magnet,imax,inertia,albedo --arc 0 2700 --out a-fit
 
     Example: jaxsat fit pass.csv --satellite sat.toml --profile magnet.x --profile mag.bias.x
     """
