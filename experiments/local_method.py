@@ -167,7 +167,7 @@ def all_methods(prepared, samples, truth) -> dict:
 
 
 def picture(rows, methods, times, truth, name, path: Path) -> None:
-    from jaxsat.plotting.style import INK, LEFT_OUT, dress, head, new_figure, png_bytes
+    from jaxsat.plotting.style import INK, LEFT_OUT, MAIN, dress, head, new_figure, png_bytes
 
     figure = new_figure(
         11.0,
@@ -176,7 +176,7 @@ def picture(rows, methods, times, truth, name, path: Path) -> None:
         f"{name}, synthetic; five parameters where four panels show 2 mA",
     )
     upper, lower = figure.subplots(2, 1, gridspec_kw={"left": 0.07, "right": 0.98, "top": 0.87, "bottom": 0.07})
-    colours = {"field-roll": "#14497a", "five-parameter": "#c79a00", "sun-field": "#2e8b3d"}
+    colours = {"field-roll": MAIN, "five-parameter": "#c79a00", "sun-field": "#2e8b3d"}
     for method, found in methods.items():
         label = f"{method}, median {found['median_error_deg']:.1f} deg"
         upper.plot(times, found["error_deg"], "o", ms=4.5, color=colours[method], label=label)

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from jaxsat.plotting.style import FAINT, INK, dress, head, new_figure, png_bytes
+from jaxsat.plotting.style import FAINT, INK, MAIN, dress, head, new_figure, png_bytes
 
-PREDICTED, FOUND = "#14497a", "#c0392b"
+PREDICTED, FOUND = MAIN, "#c0392b"
 
 
 def picture(found: dict[str, Any]) -> bytes:

@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from experiments.sensitivity.manifold_rule import rms
-from jaxsat.plotting.style import FAINT, INK, dress, head, new_figure, png_bytes
+from jaxsat.plotting.style import FAINT, INK, MAIN, dress, head, new_figure, png_bytes
 
-COLOURS = ("#14497a", "#2f8f6b", "#c0392b", "#8e5aa8")
+COLOURS = (MAIN, "#2f8f6b", "#c0392b", "#8e5aa8")
 GREY = "#8a8f99"
 
 

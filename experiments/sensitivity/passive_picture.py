@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from jaxsat.plotting.style import FAINT, INK, dress, head, new_figure, png_bytes
+from jaxsat.plotting.style import FAINT, INK, MAIN, dress, head, new_figure, png_bytes
 
-COLOURS = ("#9aa3b2", "#14497a", "#c0392b")
+COLOURS = ("#9aa3b2", MAIN, "#c0392b")
 
 
 def picture(found: dict[str, Any], angles: dict[str, np.ndarray]) -> bytes:

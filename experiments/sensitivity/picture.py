@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from jaxsat.plotting.style import FAINT, INK, dress, head, new_figure, png_bytes
+from jaxsat.plotting.style import FAINT, INK, MAIN, dress, head, new_figure, png_bytes
 
-COLOURS = {"noise": "#14497a", "noise and what is assumed": "#c0392b"}
+COLOURS = {"noise": MAIN, "noise and what is assumed": "#c0392b"}
 
 
 def picture(found: dict[str, Any]) -> bytes:

@@ -84,7 +84,7 @@ def _common_scale(parameters: FreeParameters, values: np.ndarray, model: Model, 
     # Under the gauge the magnet alone is rescaled, so that its length is what does not count.
     part = places == MAGNET_PLACE if gauged else inertia | sizes
     modulus = float(np.linalg.norm(values[places == MAGNET_PLACE]))
-    held = f"|magnet| = {modulus:.6g} A m2" if gauged else PRIORS
+    held = f"|magnet| = {modulus:.6g} A m²" if gauged else PRIORS
     return Change(f"common scale of {name}", held, np.where(part | length, values, 0.0))
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from jaxsat.plotting.channels.readings import Readings, Words, draw_readings
+from jaxsat.plotting.channels.readings import Curve, Readings, Words, draw_readings
 from jaxsat.plotting.channels.timeline import Timeline
 from jaxsat.plotting.current_marks import current_marks
 from jaxsat.plotting.style import PANEL_COLOURS, PANEL_NAMES
@@ -21,6 +21,7 @@ def draw_currents(
     weight: np.ndarray,
     lit: np.ndarray,
     limited: np.ndarray | None = None,
+    curve: Curve | None = None,
     title: str = "Panel currents",
     subtitle: str = "",
     words: Words = FITTED,
@@ -29,7 +30,7 @@ def draw_currents(
 
     All panels share one scale, and so do all residuals. A current is crossed out where its weight is zero or the whole
     sample was found `limited`, hollow where its weight is below half of the median one (so weighed down as doubtful).
-    `words` say what that is: of a fit, or `SIMULATED`.
+    `words` say what that is: of a fit, or `SIMULATED`. `curve` is what is modelled between the samples.
     """
     lit = np.asarray(lit, bool)
     sample_out = np.zeros(len(t_s), bool) if limited is None else np.asarray(limited, bool)
@@ -48,6 +49,7 @@ def draw_currents(
         reduced=marks.reduced,
         direct=direct_mA,
         notes=[_note(residual[:, k], marks.used[:, k], marks.left_out[:, k], words) for k in range(len(PANEL_NAMES))],
+        curve=curve,
         words=words,
         colours=[PANEL_COLOURS[name] for name in PANEL_NAMES],
         shared=True,

@@ -9,6 +9,7 @@ from jaxsat.plotting.style import (
     AXIS_STYLES,
     FAINT,
     INK,
+    MAIN,
     SHADOW,
     dress,
     new_figure,
@@ -62,7 +63,7 @@ def draw_field_angle(
         linewidth=0,
         label="±1σ",
     )
-    upper.plot(times, angles, color="#14497a", linewidth=1.4, label="angle")
+    upper.plot(times, angles, color=MAIN, linewidth=1.4, label="angle")
     upper.set_ylim(0.0, nice_ceiling(1.05 * float(np.nanmax(angles + around))))
     shade_shadow(upper, t_s, lit)
     dress(upper, y_label="angle, deg")

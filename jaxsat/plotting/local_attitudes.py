@@ -9,6 +9,7 @@ from jaxsat.plotting.style import (
     FAINT,
     INK,
     LEFT_OUT,
+    MAIN,
     dress,
     head,
     new_figure,
@@ -18,7 +19,7 @@ from jaxsat.plotting.style import (
 )
 
 STATUS_COLOURS = {
-    "solved": "#14497a",
+    "solved": MAIN,
     "ambiguous": "#d99e10",
     "undetermined": "#c26fa6",
     "does not fit": LEFT_OUT,

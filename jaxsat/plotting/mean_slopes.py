@@ -6,9 +6,9 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from jaxsat.plotting.style import FAINT, INK, LEFT_OUT, QUIET, dress, head, new_figure, panels, rows_of
+from jaxsat.plotting.style import FAINT, INK, LEFT_OUT, MAIN, QUIET, bar_panels, dress, head
 
-BAR, FAINT_BAR = "#14497a", "#b9c7d6"
+FAINT_BAR = "#b9c7d6"
 ROW_IN, HEAD_IN = 0.24, 0.78
 SEEN = 3.0
 """Errors from which on an effect has the full colour."""
@@ -17,19 +17,15 @@ SEEN = 3.0
 def draw_slopes(metrics: Mapping[str, Mapping[str, Any]], *, title: str, subtitle: str = "") -> Figure:
     """Returns a bar for each knob in a panel for each metric, which are those of `slopes.json`."""
     knobs = max((len(one["slopes"]) for one in metrics.values()), default=1)
-    columns = min(2, max(1, len(metrics)))
-    rows = rows_of(len(metrics), columns)
-    height = 0.8 + rows * (HEAD_IN + ROW_IN * knobs)
-    figure = new_figure(9.6, height, title, subtitle)
-    places = panels(
-        figure,
+    figure, places = bar_panels(
+        title,
+        subtitle,
         len(metrics),
-        columns=columns,
+        bars=knobs,
+        row_in=ROW_IN,
+        head_in=HEAD_IN,
+        bottom_in=0.5,
         left=0.19,
-        right=0.985,
-        top=1.0 - 0.95 / height,
-        bottom=0.5 / height,
-        hspace=HEAD_IN / (ROW_IN * knobs),
         wspace=0.5,
     )
     for axes, (name, metric) in zip(places, metrics.items(), strict=True):
@@ -50,7 +46,7 @@ def _draw(axes: Axes, name: str, metric: Mapping[str, Any]) -> None:
         if value is None:
             continue
         seen = sigma is not None and abs(value) >= SEEN * sigma and value != 0.0
-        axes.barh(place, value, 0.62, color=BAR if seen else FAINT_BAR, linewidth=0)
+        axes.barh(place, value, 0.62, color=MAIN if seen else FAINT_BAR, linewidth=0)
         if sigma is not None:
             axes.plot([value - sigma, value + sigma], [place, place], color=INK, linewidth=1.0)
         exact = one.get("exact")

@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.interpolate import CubicSpline
 
-from jaxsat.plotting.style import AXIS_COLOURS, FAINT, INK, LEFT_OUT, dress, new_figure
+from jaxsat.plotting.style import AXIS_COLOURS, FAINT, INK, LEFT_OUT, MAIN, dress, new_figure
 
-PROFILE, BAND_68, BAND_95 = "#14497a", "#b9dcf2", "#e3f1fa"
+PROFILE, BAND_68, BAND_95 = MAIN, "#b9dcf2", "#e3f1fa"
 LEVELS = {"68 %": 0.5, "95 %": 1.92}
 """Rises of the cost, half of chi2, that bound the intervals."""
 

@@ -22,7 +22,9 @@ LineStyle = str | tuple[int, tuple[float, ...]]
 AXIS_STYLES: dict[str, LineStyle] = {"x": "-", "y": (0, (6, 1.6)), "z": (0, (1.8, 1.3))}
 """The same told by dashes, for whoever does not tell the colours."""
 
-LINES = ("#14497a", "#d98e00", "#c81fb0", "#0f8a64", "#3b9fe8", "#a5400b")
+MAIN = "#14497a"
+"""Of what a picture is about."""
+LINES = (MAIN, "#d98e00", "#c81fb0", "#0f8a64", "#3b9fe8", "#a5400b")
 """Of curves that are no axes, in this order."""
 LINE_STYLES: tuple[LineStyle, ...] = ("-", (0, (5, 2)), (0, (1.6, 1.4)), (0, (7, 2, 1.5, 2)))
 """Of the same; there are fewer of them."""
@@ -60,6 +62,20 @@ def panels(figure: Figure, count: int, *, columns: int, **frame: float) -> list[
 def rows_of(count: int, columns: int) -> int:
     """Rows that hold so many panels, one at least."""
     return max(1, -(-count // columns))
+
+
+def bar_panels(
+    title: str, subtitle: str, count: int, *, bars: int, row_in: float, head_in: float, bottom_in: float, **sides: float
+) -> tuple[Figure, list[Axes]]:
+    """Returns a figure and `count` panels in two columns, each high enough for so many lines of `row_in`.
+
+    `sides` are those of Matplotlib's `gridspec_kw` that depend on how long the lines' names are.
+    """
+    columns = min(2, max(1, count))
+    height = 0.8 + rows_of(count, columns) * (head_in + row_in * bars)
+    figure = new_figure(9.6, height, title, subtitle)
+    frame = {"right": 0.985, "top": 1.0 - 0.95 / height, "bottom": bottom_in / height}
+    return figure, panels(figure, count, columns=columns, hspace=head_in / (row_in * bars), **frame, **sides)
 
 
 def dress(axes: Axes, *, y_label: str = "", x_label: str = "") -> None:

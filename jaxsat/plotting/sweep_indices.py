@@ -6,29 +6,24 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from jaxsat.plotting.style import FAINT, INK, QUIET, dress, head, new_figure, panels, rows_of
+from jaxsat.plotting.style import FAINT, INK, MAIN, QUIET, bar_panels, dress, head
 
-FIRST, TOTAL = "#14497a", "#9cc7e8"
+FIRST, TOTAL = MAIN, "#9cc7e8"
 BAR, ROW_IN, HEAD_IN = 0.36, 0.27, 0.62
 
 
 def draw_indices(metrics: Mapping[str, Mapping[str, Any]], *, title: str, subtitle: str = "") -> Figure:
     """Returns two bars for each input of each metric, which are those of `indices.json` that have indices."""
     inputs = max((len(one["indices"]) for one in metrics.values()), default=1)
-    columns = min(2, max(1, len(metrics)))
-    rows = rows_of(len(metrics), columns)
-    panel = HEAD_IN + ROW_IN * inputs
-    height = 0.8 + rows * panel
-    figure = new_figure(9.6, height, title, subtitle)
-    places = panels(
-        figure,
+    figure, places = bar_panels(
+        title,
+        subtitle,
         len(metrics),
-        columns=columns,
+        bars=inputs,
+        row_in=ROW_IN,
+        head_in=HEAD_IN,
+        bottom_in=0.4,
         left=0.13,
-        right=0.985,
-        top=1.0 - 0.95 / height,
-        bottom=0.4 / height,
-        hspace=HEAD_IN / (ROW_IN * inputs),
         wspace=0.32,
     )
     for axes, (name, metric) in zip(places, metrics.items(), strict=True):

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from jaxsat.plotting.style import FAINT, INK, LEFT_OUT, PANEL_COLOURS, dress, head, new_figure
+from jaxsat.plotting.style import INK, LEFT_OUT, PANEL_COLOURS, QUIET, dress, head, new_figure
 
 
 def draw_turn(
@@ -42,7 +42,7 @@ def draw_turn(
         dress(axes, x_label="" if axes is upper else "turn, deg")
     note = f"red: the angle shown, {chosen_deg:.4g} deg\n\nThe satellite keeps its axis and turns about it;\n"
     note += "the factors of direct and returned light are\nthe best ones at each angle."
-    figure.text(0.56, 0.24, note, fontsize=9, color=FAINT, va="center")
+    figure.text(0.56, 0.24, note, fontsize=9, color=QUIET, va="center")
     return figure
 
 

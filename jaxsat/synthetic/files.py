@@ -3,6 +3,7 @@
 import csv
 from pathlib import Path
 
+import jax
 import numpy as np
 
 from jaxsat.files.csv_files import write_columns_csv
@@ -10,7 +11,7 @@ from jaxsat.files.json_files import write_json
 from jaxsat.panel_names import PANEL_NAMES
 from jaxsat.synthetic.panels import panel_columns
 from jaxsat.synthetic.session import SessionPlan, SimulatedSession
-from jaxsat.synthetic.truth import truth_document
+from jaxsat.synthetic.truth import Truth, truth_document
 from jaxsat.telemetry.limb_angles import COLUMNS as LIMB_COLUMNS
 from jaxsat.versions import versions
 
@@ -25,6 +26,9 @@ FILES = (
     "angles.png",
 )
 """All names that a simulation may write."""
+SMOOTH_DEG = 4.0
+"""Turn between two points of a curve, which a straight line joins."""
+MOST_POINTS = 4000
 
 
 def write_simulation(directory: Path, session: SimulatedSession, plan: SessionPlan, *, plots: bool) -> None:
@@ -33,7 +37,7 @@ def write_simulation(directory: Path, session: SimulatedSession, plan: SessionPl
     # The reader wants an ASCII body with the line ends that were asked for, whatever the platform.
     (directory / "session.RAW_SUN").write_bytes(session.raw_sun.encode("utf-8"))
     write_json(directory / "session.truth.json", document(session, plan))
-    write_columns_csv(directory / "angles.csv", truth.t, epoch, angle_columns(session))
+    write_columns_csv(directory / "angles.csv", truth.t, epoch, angle_columns(truth))
     write_columns_csv(directory / "currents.csv", truth.t, epoch, current_columns(session))
     if session.panels is not None:
         earth, albedo = plan.given.earth, plan.satellite.albedo
@@ -78,9 +82,8 @@ def document(session: SimulatedSession, plan: SessionPlan) -> dict:
     }
 
 
-def angle_columns(session: SimulatedSession) -> dict[str, np.ndarray]:
-    """Returns attitude and angles at the samples, units in their names."""
-    truth = session.truth
+def angle_columns(truth: Truth) -> dict[str, np.ndarray]:
+    """Returns attitude and angles at the times of `truth`, units in their names."""
     deviation, azimuth, roll = np.degrees(truth.sun_magnetic).T
     limb = np.degrees(truth.limb)
     return {
@@ -113,10 +116,11 @@ def current_columns(session: SimulatedSession) -> dict[str, np.ndarray]:
 def pictures(session: SimulatedSession, plan: SessionPlan) -> dict[str, bytes]:
     """Returns the pictures as PNG by file name."""
     from jaxsat.plotting import draw_currents, png_bytes
+    from jaxsat.plotting.channels.readings import Curve
     from jaxsat.plotting.currents import SIMULATED
     from jaxsat.plotting.history import draw_history
 
-    truth, s = session.truth, plan.settings
+    truth, s, fine = session.truth, plan.settings, fine_truth(session)
     lit = np.asarray(truth.illumination) > 0.5
     limited = np.zeros(len(truth.t), bool)
     if s.limit_s is not None:
@@ -132,9 +136,10 @@ def pictures(session: SimulatedSession, plan: SessionPlan) -> dict[str, bytes]:
         limited=limited,
         title="Simulated panel currents",
         subtitle=subtitle,
+        curve=Curve(fine.t, 1e3 * np.asarray(fine.current), 1e3 * np.asarray(fine.direct_current)),
         words=SIMULATED,
     )
-    angles = angle_columns(session)
+    angles = angle_columns(fine)
     charts = {
         "body x from the field, deg": {"": angles["field_angle_deg"]},
         "Sun-magnetic azimuth and roll, deg": {
@@ -149,8 +154,29 @@ def pictures(session: SimulatedSession, plan: SessionPlan) -> dict[str, bytes]:
         "turn of the limb about body x, deg": {"": _unwrapped(angles["limb_turn_deg"])},
         "angular velocity, body axes, deg/s": {c: angles[f"rate_{c}_deg_s"] for c in "xyz"},
     }
-    history = draw_history(truth.t, charts, title="Angles of the simulated attitude", subtitle=subtitle)
+    history = draw_history(fine.t, charts, title="Angles of the simulated attitude", subtitle=subtitle)
     return {"currents.png": png_bytes(currents), "angles.png": png_bytes(history)}
+
+
+def fine_truth(session: SimulatedSession) -> Truth:
+    """Returns the truth at the samples and, where the satellite turns far from one to the next, between them."""
+    truth = session.truth
+    t, n = truth.t, len(truth.t)
+    if n < 2:
+        return truth
+    fastest = np.degrees(np.linalg.norm(truth.angular_velocity, axis=1).max())
+    parts = min(int(np.ceil(fastest * np.diff(t).max() / SMOOTH_DEG)), MOST_POINTS // n)
+    if parts < 2:
+        return truth
+    # As many times as there are samples at each call, for which the programs are there; the last one stays the last.
+    shifts = np.append(np.diff(t), 0.0) / parts
+    moved = [truth, *(session.truth_at(np.minimum(t + k * shifts, t[-1])) for k in range(1, parts))]
+    shape = (n * parts,)
+    leaves = [
+        np.stack(columns, axis=1).reshape(shape + columns[0].shape[1:])[: (n - 1) * parts + 1]
+        for columns in zip(*map(jax.tree.leaves, moved), strict=True)
+    ]
+    return jax.tree.unflatten(jax.tree.structure(truth), leaves)
 
 
 def _unwrapped(angle_deg: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 import functools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -82,6 +83,9 @@ class SimulatedSession:
     """[time 6] readings."""
     raw_sun: str
     """Text of the session file."""
+    truth_at: Callable[[np.ndarray], Truth]
+    """The same motion at other increasing times [s], the last no later than that of `truth`; for as many of them as
+    `truth` has nothing is compiled."""
 
 
 def make_session(plan: SessionPlan) -> SimulatedSession:
@@ -100,17 +104,22 @@ def make_session(plan: SessionPlan) -> SimulatedSession:
     around = Surroundings(orbit, field, angle, given.earth.rotation_rate_rad_s)
     craft, albedo = assembled(plan.satellite)
     panels = further_panels(settings, file)
-    try:
-        truth = simulate_session(
+    initial = _initial(settings, around, sun_eci[0])
+
+    def truth_at(t_s: np.ndarray) -> Truth:
+        return simulate_session(
             craft,
-            _initial(settings, around, sun_eci[0]),
+            initial,
             around,
-            t,
-            sun_eci,
+            t_s,
+            sun_directions(epoch, t_s, fixed=given.sun.direction_eci),
             albedo=albedo,
             earth_radius=1e3 * given.earth.radius_km,
             tolerance=settings.tolerance_rad,
         )
+
+    try:
+        truth = truth_at(t)
     except ValueError as error:
         raise InputError(str(error), file=file, field="simulate.tolerance_rad") from None
     limited, read = _readings(settings, truth)
@@ -130,6 +139,7 @@ def make_session(plan: SessionPlan) -> SimulatedSession:
         limited_mA=limited,
         telemetered_mA=read,
         raw_sun=_raw_sun(plan, epoch, tle, truth, read),
+        truth_at=truth_at,
     )
 
 

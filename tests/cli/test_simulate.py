@@ -5,10 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from jaxsat.cli.main import run
 from jaxsat.cli.settings.files import load_config
 from jaxsat.errors import InputError
+from jaxsat.synthetic.files import SMOOTH_DEG, fine_truth
 from jaxsat.synthetic.panels import further_panels, panel_columns
 from jaxsat.synthetic.session import SessionPlan, make_session
 from jaxsat.telemetry import clean, read_raw_sun
@@ -75,6 +77,16 @@ def test_the_session_is_that_of_another_program(session):
     # 3e-6 mA: they solve the mirror's equation to 1e-10.
     np.testing.assert_allclose(1e3 * np.asarray(ours.current), theirs["currents_clean"], atol=1e-5)
     np.testing.assert_array_equal(np.asarray(ours.illumination) > 0.5, theirs["lit"])
+    # Curves of pictures: through the samples, and turning between them as the rates say.
+    fine = fine_truth(session)
+    parts = (len(fine.t) - 1) // (len(ours.t) - 1)
+    assert np.array_equal(fine.t[::parts], ours.t) and np.array_equal(fine.quaternion[::parts], ours.quaternion)
+    turns = Rotation.from_quat(fine.quaternion, scalar_first=True)
+    turned_deg = np.degrees((turns[:-1].inv() * turns[1:]).as_rotvec())
+    mean_deg_s = np.degrees(0.5 * (fine.angular_velocity[1:] + fine.angular_velocity[:-1]))
+    assert np.linalg.norm(turned_deg, axis=1).max() < 1.05 * SMOOTH_DEG
+    # The trapezoid rule of some 5 s.
+    np.testing.assert_allclose(turned_deg / np.diff(fine.t)[:, None], mean_deg_s, atol=2e-3)
 
 
 @pytest.mark.slow

@@ -51,7 +51,7 @@ def test_a_dipole_of_the_other_sign_is_found_and_told(by_vector):
 def test_a_dipole_by_its_angles_is_the_same_satellite(by_angles, by_vector):
     assert by_angles.status == by_vector.status == "converged"
     assert by_angles.chi2 == pytest.approx(by_vector.chi2, abs=1e-2) and by_angles.dof == by_vector.dof
-    assert by_angles.gauge == by_vector.gauge == "common scale of inertia, magnet and rods fixed by |magnet| = 0.3 A m2"
+    assert by_angles.gauge == by_vector.gauge == "common scale of inertia, magnet and rods fixed by |magnet| = 0.3 A m²"
     ours, theirs = ({p.name: p for p in each.parameters} for each in (by_angles, by_vector))
     assert set(ours) - set(theirs) == set(ANGLES)
     for name, there in theirs.items():

@@ -6,9 +6,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
 from fitting.sensitivity.analysis import Sensitivity
-from jaxsat.plotting.style import FAINT, INK, dress, head, new_figure, png_bytes, shade_shadow, time_limits
+from jaxsat.plotting.style import FAINT, INK, MAIN, dress, head, new_figure, png_bytes, shade_shadow, time_limits
 
-NOISE, ASSUMED, PRIOR = "#14497a", "#d98e00", "#b9c0ca"
+NOISE, ASSUMED, PRIOR = MAIN, "#d98e00", "#b9c0ca"
 MOST_BARS = 40
 """Numbers in one picture."""
 BAR_IN = 0.21

@@ -8,10 +8,10 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
-from jaxsat.plotting.style import AXIS_COLOURS, SHADOW, shadow_spans
+from jaxsat.plotting.style import AXIS_COLOURS, MAIN, SHADOW, shadow_spans
 
 HELD_OUT = "#fdf0d5"
-_COLOURS = ("#14497a", "#d99e10", "#c26fa6", "#3b9fe8", "#0f8a64", "#a5400b", "#6b7280", "#c81fb0")
+_COLOURS = (MAIN, "#d99e10", "#c26fa6", "#3b9fe8", "#0f8a64", "#a5400b", "#6b7280", "#c81fb0")
 Span = tuple[float, float]
 
 

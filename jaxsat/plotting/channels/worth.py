@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from jaxsat.plotting.style import FAINT, INK, dress, new_figure
+from jaxsat.plotting.style import FAINT, INK, MAIN, dress, new_figure
 
 ROW_IN = 0.28
 LEAST = 1.0
@@ -20,7 +20,7 @@ def draw_worth(buys: Mapping[str, float], *, title: str = "What each part buys",
     axes = figure.add_axes((0.26, 0.52 / height, 0.62, ROW_IN * max(len(buys), 1) / height))
     rises = np.array([max(float(rise), LEAST) for rise in buys.values()])
     rows = np.arange(len(rises))
-    axes.barh(rows, rises - LEAST, left=LEAST, height=0.6, color="#14497a")
+    axes.barh(rows, rises - LEAST, left=LEAST, height=0.6, color=MAIN)
     axes.set_xscale("log")
     # Plain numbers: powers as mathematics would load six more fonts.
     axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))

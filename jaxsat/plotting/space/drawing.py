@@ -10,11 +10,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 from matplotlib.patheffects import withStroke
 
-from jaxsat.plotting.style import AXIS_COLOURS, FAINT, INK, PANEL_COLOURS
+from jaxsat.plotting.style import AXIS_COLOURS, FAINT, INK, MAIN, PANEL_COLOURS
 
 DAY, NIGHT, LINES = np.array([0.83, 0.90, 0.95]), np.array([0.42, 0.48, 0.56]), "#9db2c4"
 ORBIT, SHADOW_ARC, SUN, FIELD, NADIR, X_AXIS = (
-    "#14497a",
+    MAIN,
     "#3a3f4a",
     "#d98e00",
     "#c81fb0",

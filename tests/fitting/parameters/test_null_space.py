@@ -160,15 +160,15 @@ def test_declared_gauges_are_found_again_with_what_holds_them(made):
     case = made("magnet", "inertia", "cells.imax", "cells.gain", kind="gauge")
     assert case.parameters.gauged == ("magnet", "cells.gain")
     found = case.unseen((case.scale("magnet"), 0.0), (case.scale("cells.gain"), 0.0))
-    assert [d.held_by for d in found] == ["|magnet| = 0.3 A m2", "the mean gain = 1"]
-    expected = "common scale of inertia and magnet fixed by |magnet| = 0.3 A m2; common scale of gains and imax"
+    assert [d.held_by for d in found] == ["|magnet| = 0.3 A m²", "the mean gain = 1"]
+    expected = "common scale of inertia and magnet fixed by |magnet| = 0.3 A m²; common scale of gains and imax"
     assert (gauge_text(found) or "").startswith(expected)
 
 
 def test_the_modulus_stands_for_the_dipole(made):
     free = ("magnet.modulus", "magnet.azimuth", "magnet.elevation", "inertia", "rods")
     (held,) = made(*free, kind="gauge").unseen((made(*free).scale("magnet.modulus"), 0.0))
-    assert gauge_text([held]) == "common scale of inertia, magnet and rods fixed by |magnet| = 0.3 A m2"
+    assert gauge_text([held]) == "common scale of inertia, magnet and rods fixed by |magnet| = 0.3 A m²"
     (found,) = made(*free).unseen((made(*free).scale("magnet.modulus", "inertia", "rods"), 0.0))
     assert found.name == "common scale of inertia, magnet and rods" and found.held_by == "the priors"
 
@@ -240,7 +240,7 @@ ANGLES = ("magnet.azimuth", "magnet.elevation")
 def test_the_common_scale_is_that_of_a_modulus_too(made):
     case = made("magnet.modulus", *ANGLES, "rods", "inertia", kind="gauge")
     (found,) = case.unseen((case.direction({"magnet.modulus": 1.0}), 0.0))
-    assert found.name == "common scale of inertia, magnet and rods" and found.held_by == "|magnet| = 0.3 A m2"
+    assert found.name == "common scale of inertia, magnet and rods" and found.held_by == "|magnet| = 0.3 A m²"
     free = made("magnet.modulus", "rods", "inertia")
     (found,) = free.unseen((free.scale("magnet.modulus", "rods", "inertia"), 0.0))
     assert found.name == "common scale of inertia, magnet and rods" and found.held_by == "the priors"

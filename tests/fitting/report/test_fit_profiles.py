@@ -27,7 +27,7 @@ IMAX = Profile(
     interval_68=(249.7, 252.3),
     interval_95=(248.45, None),
 )
-SCALE = Direction("common scale of inertia and magnet", 0.0, "|magnet| = 0.3 A m2", {"magnet.x": 0.05})
+SCALE = Direction("common scale of inertia and magnet", 0.0, "|magnet| = 0.3 A m²", {"magnet.x": 0.05})
 WEAK = Direction("magnet.y - mag.bias.x", 0.25, "the priors", {"magnet.y": 0.01, "mag.bias.x": -200.0})
 
 
@@ -43,11 +43,11 @@ def test_names_of_files_hold_what_a_folder_may():
 def test_what_the_data_hardly_see_in_words():
     result = make_fit_result(unseen=(SCALE, WEAK), gauge="as told")
     assert unseen_rows(result) == [
-        (SCALE.name, "none", "|magnet| = 0.3 A m2", "magnet.x +0.05 A m²"),
+        (SCALE.name, "none", "|magnet| = 0.3 A m²", "magnet.x +0.05 A m²"),
         (WEAK.name, "0.25", "the priors", "magnet.y +0.01 A m², mag.bias.x -200 nT"),
     ]
     facts = dict(fit_facts(result))
-    assert facts["by definition"] == "common scale of inertia and magnet fixed by |magnet| = 0.3 A m2"
+    assert facts["by definition"] == "common scale of inertia and magnet fixed by |magnet| = 0.3 A m²"
     assert facts["held by the priors"] == "1 combination of parameters: magnet.y - mag.bias.x"
     assert "held by the priors" not in dict(fit_facts(make_fit_result()))
 
