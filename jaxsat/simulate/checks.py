@@ -6,7 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, PyTree
+from jaxtyping import Array, Bool, PyTree
 
 from jaxsat.dynamics import AttitudeState
 from jaxsat.environment import OrbitTable
@@ -96,6 +96,15 @@ def sound_cases(spacecraft: Spacecraft, initial: AttitudeState, *, satellite_var
         for leaf in jax.tree.leaves(eqx.filter(spacecraft, eqx.is_inexact_array)):
             sound &= ~np.isnan(leaf).reshape(cases, -1).any(axis=1)
     return sound
+
+
+def is_known(spacecraft: Spacecraft, initial: AttitudeState) -> Bool[Array, ""]:
+    """As `sound_cases`, of one case and without its inertia, where numbers are traced."""
+    numbers = jax.tree.leaves(eqx.filter(spacecraft, eqx.is_inexact_array))
+    known = [jnp.any(initial.quaternion != 0.0)]
+    known += [jnp.all(jnp.isfinite(leaf)) for leaf in jax.tree.leaves(initial)]
+    known += [~jnp.any(jnp.isnan(leaf)) for leaf in numbers]
+    return jnp.all(jnp.stack(known))
 
 
 def _refuse(tree: PyTree, is_wrong, what: str, why: str) -> None:
