@@ -210,7 +210,7 @@ class Sensitivities:
         return nowhere(*jax.jit(jax.vmap(lambda x: (body_of(x), jax.jacfwd(body_of)(x))))(cases))
 
     def _program(self, within, unknowns, table, grid, count):
-        """Of groups of lanes: states, derivatives, inertia, what is known, rate, whether what was thought absent is there."""
+        """Of groups of lanes: states, derivatives, inertia, what is known, rate, if what seemed absent is there."""
         n, width = unknowns.shape[1:]
         apart = width == 1  # One satellite: its tangents are the lanes, and its own motion is in each of them.
         lanes = -(-n // 8) * 8 if apart else width
