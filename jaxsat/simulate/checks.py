@@ -21,6 +21,28 @@ def check_tolerance(tolerance: float, caller: str) -> None:
         raise ValueError(f"{caller}: tolerance must be between 0 and 1 rad, got {tolerance}")
 
 
+def check_times(times: object, start: float, caller: str) -> np.ndarray:
+    """The times [s] as a vector; ValueError unless they and the start are finite numbers."""
+    found = np.asarray(times, float)
+    if found.ndim != 1 or not np.isfinite(found).all():
+        raise ValueError(f"{caller}: times must be a vector of finite numbers [s], got {found} of shape {found.shape}")
+    if not np.isfinite(start):
+        raise ValueError(f"{caller}: start must be a finite number [s], got {start}")
+    return found
+
+
+def check_shapes(spacecraft: Spacecraft, initial: AttitudeState, cases: tuple[int, ...], caller: str) -> None:
+    """Raise ValueError unless state and inertia are of one case, or of so many."""
+    for name, got, wanted in (
+        ("initial.quaternion", initial.quaternion, ((*cases, 4),)),
+        ("initial.angular_velocity", initial.angular_velocity, ((*cases, 3),)),
+        ("spacecraft.inertia", spacecraft.inertia, ((3, 3), (*cases, 3, 3))),
+    ):
+        if np.shape(got) not in wanted:
+            expected = " or ".join(map(str, dict.fromkeys(wanted)))
+            raise ValueError(f"{caller}: {name} must have the shape {expected}, got {np.shape(got)}")
+
+
 SINGLE_TOLERANCE = 1e-3
 """Of attitudes [rad]: no tighter one is held in single precision through more than some minutes of a tumble."""
 

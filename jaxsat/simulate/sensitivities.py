@@ -21,6 +21,7 @@ from jaxsat.simulate.checks import (
     check_satellite,
     check_surroundings,
     check_table,
+    check_times,
     check_tolerance,
     in_unit_length,
     is_known,
@@ -78,10 +79,16 @@ class Sensitivities:
         tolerance: float = 1e-6,
         max_step: float | None = None,
     ):
-        self._of, self._surroundings, self._times = satellite_of, surroundings, np.asarray(times, float)
+        self._of, self._surroundings, self._times = (
+            satellite_of,
+            surroundings,
+            check_times(times, start, "Sensitivities"),
+        )
         self._start, self._torques, self._tolerance, self._max_step = float(start), torques, tolerance, max_step
         if max_step is None:
             check_tolerance(tolerance, "Sensitivities")
+        if not np.any(self._times != self._start):
+            raise ValueError("Sensitivities: times must lead away from `start`, where motions begin")
         check_numbers(torques, "Sensitivities: torques")
         check_surroundings(surroundings, self._start, self._times, "Sensitivities")
         self._axes: np.ndarray | None = None

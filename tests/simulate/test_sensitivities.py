@@ -6,7 +6,7 @@ import pytest
 
 from jaxsat.dynamics import AttitudeState
 from jaxsat.environment import OrbitTable
-from jaxsat.simulate import Sensitivities
+from jaxsat.simulate import Sensitivities, simulate, simulate_many
 from jaxsat.spacecraft import HysteresisRods, Spacecraft
 
 HERE = np.array([1.0, 0.0, 0.0, 0.0])
@@ -79,3 +79,50 @@ def test_rods_with_hysteresis_have_kinks():
 
     with pytest.raises(ValueError, match="kinks"):
         Sensitivities(lagging, around, TIMES, max_step=10.0)(one)
+
+
+def one(q=(4,), w=(3,), times=TIMES, **options):
+    return simulate(Spacecraft(jnp.eye(3)), AttitudeState(np.ones(q), np.ones(w)), around, times, **options)
+
+
+def many(q=(2, 4), w=(2, 3), times=TIMES, **options):
+    return simulate_many(Spacecraft(jnp.eye(3)), AttitudeState(np.ones(q), np.ones(w)), around, times, **options)
+
+
+def slopes(times=TIMES, **options):
+    return Sensitivities(sphere, around, times, **options)
+
+
+@pytest.mark.parametrize("ask", [one, many, slopes])
+@pytest.mark.parametrize("name", ["times", "start"])
+@pytest.mark.parametrize("wrong", [np.nan, np.inf])
+def test_times_that_are_no_numbers(ask, name, wrong):
+    with pytest.raises(ValueError, match=f"{name} must be"):
+        ask(**{name: wrong if name == "start" else np.array([1.0, wrong])})
+
+
+@pytest.mark.parametrize(
+    ("ask", "asked", "words"),
+    [
+        (one, {"q": (3,)}, "initial.quaternion must"),
+        (one, {"w": (4,)}, "initial.angular_velocity must"),
+        (one, {"times": np.ones((2, 1))}, "times must be a vector"),
+        (many, {"q": (0, 4), "w": (0, 3)}, "one case or more"),
+        (many, {"q": (4,)}, "one case or more"),
+        (many, {"w": (3, 3)}, "initial.angular_velocity must"),
+        (many, {"chunk": 0}, "chunk must"),
+        (slopes, {"times": np.zeros(0)}, "must lead away"),
+        (slopes, {"times": np.zeros(1)}, "must lead away"),
+    ],
+)
+def test_what_has_no_meaning_is_named(ask, asked, words):
+    with pytest.raises(ValueError, match=words):
+        ask(**asked)
+
+
+@pytest.mark.parametrize("times", [np.zeros(0), np.zeros(2)])
+def test_many_where_nothing_moves(times):
+    """At the start the state is the first one, in unit length."""
+    found = many(times=times)
+    np.testing.assert_allclose(found.quaternion, np.full((2, len(times), 4), 0.5), atol=1e-15)
+    np.testing.assert_allclose(found.angular_velocity, np.ones((2, len(times), 3)), atol=1e-15)
