@@ -41,6 +41,10 @@ class Epoch:
 
         Second 60 is accepted only in the last minute of a day that has a leap second.
         """
+        for name, value in (("year", year), ("month", month), ("day", day), ("hour", hour), ("minute", minute)):
+            if not value % 1 == 0:
+                raise ValueError(f"{name} must be a whole number, got {value}")
+        year, month, day, hour, minute = map(int, (year, month, day, hour, minute))
         if not _FIRST_YEAR <= year <= _LAST_YEAR:
             raise ValueError(f"year must be in {_FIRST_YEAR}..{_LAST_YEAR} (UTC begins in 1960), got {year}")
         if not 1 <= month <= 12:

@@ -82,6 +82,10 @@ def _known_rows(columns, name):
     if name not in columns:
         raise ValueError(f"Commands: there is no column {name!r}; there are {', '.join(sorted(columns)) or 'none'}")
     times, values = (np.asarray(x, float) for x in columns[name])
+    if times.ndim != 1 or times.shape != values.shape:
+        raise ValueError(
+            f"Commands: column {name!r} must have a value for each time, got {values.shape}, {times.shape}"
+        )
     known = np.isfinite(times) & np.isfinite(values)
     times, values = times[known], values[known]
     if not len(times):

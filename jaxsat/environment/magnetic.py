@@ -122,7 +122,7 @@ class CentredDipole(AbstractMagneticField):
 
 def igrf_field(decimal_year: int | float, *, degree: int = 13) -> InternalField:
     """Return the IGRF-14 field at a date, cut off at `degree` (1 to 13; 1 is the centred tilted dipole)."""
-    if not 1 <= degree <= 13:
+    if degree not in range(1, 14):
         raise ValueError(f"degree must be in 1..13, got {degree}")
     g, h = igrf_coefficients(decimal_year)
     return InternalField(*(put(c[: degree + 1, : degree + 1]) for c in (g, h)))

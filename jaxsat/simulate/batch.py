@@ -125,8 +125,9 @@ class Batch:
         pilot = np.concatenate([fastest, spread])
 
         def both(step):
-            room = self._pieces(step, self.chunk)[0].grid.steps
-            return tuple(trajectory(self.run(pilot, ratio * step, room), None, 0) for ratio in (1.0, COARSER))
+            fine, room = self._by_adams(pilot, step, 0)
+            coarse, _ = self._by_adams(pilot, COARSER * step, room)
+            return trajectory(fine, None, 0), trajectory(coarse, None, 0)
 
         first = self.first_reach(tolerance) / float(rates.max())
         first = min(first, longest_step(self.times, self.start, None) / COARSER)
@@ -163,14 +164,11 @@ class Batch:
         check_table(table, "simulate_many")
         return np.asarray(_rates(self.spacecraft, self.initial, table, body_varies=self.varies))
 
-    def run(self, chosen: np.ndarray, max_step: float, room: int = 0) -> Float[np.ndarray, "cases samples parts"]:
-        """Components of the chosen cases at the requested times, chunk after chunk on all cores.
-
-        By a program with `room` for so many steps of Adams or more: that of shorter steps serves longer ones too.
-        """
+    def run(self, chosen: np.ndarray, max_step: float) -> Float[np.ndarray, "cases samples parts"]:
+        """Components of the chosen cases at the requested times, chunk after chunk on all cores."""
         if self.in_lanes:
             return self.by_turns(chosen, np.full(len(chosen), np.inf), max_step)
-        return self._by_adams(chosen, max_step, room)
+        return self._by_adams(chosen, max_step, 0)[0]
 
     def by_turns(
         self, chosen: np.ndarray, reach: Float[np.ndarray, " chosen"], max_step: float
@@ -207,11 +205,17 @@ class Batch:
         """Whether the end of the arc alone is asked for, and nothing has to be kept on the way."""
         return bool(np.all(self.times == self.times[-1]))
 
-    def _pieces(self, max_step: float, width: int, room: int = 0) -> list[Piece]:
+    def _pieces(self, max_step: float, width: int, room: int) -> list[Piece]:
         most = most_steps(0 if self._last_only else width * workers())
         return pieces_of(self.times, start=self.start, max_step=max_step, most=most, room=room)
 
-    def _by_adams(self, chosen: np.ndarray, max_step: float, room: int) -> Float[np.ndarray, "cases samples parts"]:
+    def _by_adams(
+        self, chosen: np.ndarray, max_step: float, room: int
+    ) -> tuple[Float[np.ndarray, "cases samples parts"], int]:
+        """Components, and the steps of Adams for which the program has room: `room` or more.
+
+        The program of shorter steps serves longer ones too.
+        """
         width = self.chunk
         if self.asked_chunk is None and jax.default_backend() == "cpu":
             # Few shapes, few compilations; and something to do for each core.
@@ -225,7 +229,8 @@ class Batch:
         of_chosen = jax.tree.map(lambda leaf: np.moveaxis(np.asarray(leaf)[chosen], 0, -1), (self.initial, varied))
         now, own = np.stack(parts_of(of_chosen[0])), of_chosen[1]
         found = np.zeros((len(self.times), *now.shape), now.dtype)
-        for piece in self._pieces(max_step, width, room):
+        pieces = self._pieces(max_step, width, room)
+        for piece in pieces:
             table = self._table(piece.grid.node_times)
 
             def one(numbers, piece=piece, table=table, now=now):
@@ -241,7 +246,7 @@ class Batch:
             states = states[..., : len(chosen)]
             now = states[0]
             found[piece.samples] = now if self._last_only else states[piece.read]
-        return np.moveaxis(found, -1, 0)
+        return np.moveaxis(found, -1, 0), pieces[0].grid.steps
 
     def _body(self, spacecraft: Spacecraft) -> RigidBody:
         inverse = (jax.vmap(inverse_3x3) if self.varies else inverse_3x3)(spacecraft.inertia)

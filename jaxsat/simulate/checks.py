@@ -6,7 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, PyTree
+from jaxtyping import Array, Bool, PyTree
 
 from jaxsat.dynamics import AttitudeState
 from jaxsat.environment import OrbitTable
@@ -19,6 +19,28 @@ def check_tolerance(tolerance: float, caller: str) -> None:
     """Raise ValueError unless an attitude may be wrong by so much [rad]."""
     if not 0.0 < tolerance < 1.0:
         raise ValueError(f"{caller}: tolerance must be between 0 and 1 rad, got {tolerance}")
+
+
+def check_times(times: object, start: float, caller: str) -> np.ndarray:
+    """The times [s] as a vector; ValueError unless they and the start are finite numbers."""
+    found = np.asarray(times, float)
+    if found.ndim != 1 or not np.isfinite(found).all():
+        raise ValueError(f"{caller}: times must be a vector of finite numbers [s], got {found} of shape {found.shape}")
+    if not np.isfinite(start):
+        raise ValueError(f"{caller}: start must be a finite number [s], got {start}")
+    return found
+
+
+def check_shapes(spacecraft: Spacecraft, initial: AttitudeState, cases: tuple[int, ...], caller: str) -> None:
+    """Raise ValueError unless state and inertia are of one case, or of so many."""
+    for name, got, wanted in (
+        ("initial.quaternion", initial.quaternion, ((*cases, 4),)),
+        ("initial.angular_velocity", initial.angular_velocity, ((*cases, 3),)),
+        ("spacecraft.inertia", spacecraft.inertia, ((3, 3), (*cases, 3, 3))),
+    ):
+        if np.shape(got) not in wanted:
+            expected = " or ".join(map(str, dict.fromkeys(wanted)))
+            raise ValueError(f"{caller}: {name} must have the shape {expected}, got {np.shape(got)}")
 
 
 SINGLE_TOLERANCE = 1e-3
@@ -96,6 +118,15 @@ def sound_cases(spacecraft: Spacecraft, initial: AttitudeState, *, satellite_var
         for leaf in jax.tree.leaves(eqx.filter(spacecraft, eqx.is_inexact_array)):
             sound &= ~np.isnan(leaf).reshape(cases, -1).any(axis=1)
     return sound
+
+
+def is_known(spacecraft: Spacecraft, initial: AttitudeState) -> Bool[Array, ""]:
+    """As `sound_cases`, of one case and without its inertia, where numbers are traced."""
+    numbers = jax.tree.leaves(eqx.filter(spacecraft, eqx.is_inexact_array))
+    known = [jnp.any(initial.quaternion != 0.0)]
+    known += [jnp.all(jnp.isfinite(leaf)) for leaf in jax.tree.leaves(initial)]
+    known += [~jnp.any(jnp.isnan(leaf)) for leaf in numbers]
+    return jnp.all(jnp.stack(known))
 
 
 def _refuse(tree: PyTree, is_wrong, what: str, why: str) -> None:

@@ -15,7 +15,9 @@ from jaxsat.simulate.checks import (
     check_numbers,
     check_precision,
     check_satellite,
+    check_shapes,
     check_surroundings,
+    check_times,
     check_tolerance,
     sound_cases,
     with_unit_length,
@@ -54,6 +56,12 @@ def simulate_many(
     that attitudes may be off by 1e-3 rad or more, with a given step too.
     Raises ValueError as `simulate` does for what is common to all.
     """
+    if initial.quaternion.ndim != 2 or not initial.quaternion.size:
+        got = np.shape(initial.quaternion)
+        raise ValueError(f"simulate_many: initial.quaternion must be of one case or more, [cases, 4], got {got}")
+    check_shapes(spacecraft, initial, initial.quaternion.shape[:1], "simulate_many")
+    if chunk is not None and not chunk >= 1:
+        raise ValueError(f"simulate_many: chunk must be one or more, got {chunk}")
     varies = spacecraft.inertia.ndim == 3
     if max_step is None:
         check_tolerance(tolerance, "simulate_many")
@@ -61,7 +69,7 @@ def simulate_many(
     if not varies:
         check_satellite(spacecraft, "simulate_many")
     check_numbers(torques, "simulate_many: torques")
-    times = np.asarray(times, float)
+    times = check_times(times, start, "simulate_many")
     check_surroundings(surroundings, start, times, "simulate_many")
     cases, kept = initial.quaternion.shape[0], np.flatnonzero(sound_cases(spacecraft, initial, satellite_varies=varies))
     axes, spacecraft, initial = _in_principal_axes(spacecraft, with_unit_length(initial), torques)
@@ -74,7 +82,13 @@ def simulate_many(
         batch, kept = batch.of(np.flatnonzero(followed)), kept[followed]
     found = np.full((cases, len(times), batch.parts), np.nan, initial.quaternion.dtype)
     errors = np.full(cases, np.nan)
-    if kept.size and max_step is not None:
+    if not (np.any(times != start) or batch.in_lanes):
+        # Nothing moves before the first step.
+        found[kept], error = (
+            np.concatenate([batch.initial.quaternion, batch.initial.angular_velocity], axis=-1)[:, None],
+            0.0,
+        )
+    elif kept.size and max_step is not None:
         found[kept] = batch.run(np.arange(kept.size), max_step)
     elif kept.size and batch.in_lanes:
         found[kept], errors[kept] = batch.lanes_within(tolerance)

@@ -19,8 +19,10 @@ from jaxsat.math.one_function import whole_or_usual
 from jaxsat.simulate.checks import (
     check_numbers,
     check_satellite,
+    check_shapes,
     check_surroundings,
     check_table,
+    check_times,
     check_tolerance,
     in_unit_length,
 )
@@ -66,10 +68,11 @@ def simulate(
     or the motion has kinks that no step resolves.
     """
     check_tolerance(tolerance, "simulate")
+    check_shapes(spacecraft, initial, (), "simulate")
     check_satellite(spacecraft, "simulate")
     check_numbers(torques, "simulate: torques")
     initial = in_unit_length(initial, "simulate")
-    times = np.asarray(times, float)
+    times = check_times(times, start, "simulate")
     check_surroundings(surroundings, start, times, "simulate")
     if tableau is None and (initial.rod_lag is not None or not _smooth(spacecraft, surroundings, start, torques)):
         tableau = DORMAND_PRINCE_8

@@ -269,7 +269,7 @@ def test_tolerances_that_are_none(tolerance):
         simulate_many(CRAFT, INITIAL, surroundings, TIMES, tolerance=tolerance)
 
 
-@pytest.mark.parametrize("times", [[1.0, 3.0, 2.0], [-1.0, 1.0], [1.0, np.nan]])
+@pytest.mark.parametrize("times", [[1.0, 3.0, 2.0], [-1.0, 1.0]])
 def test_times_that_turn_round(times):
     with pytest.raises(ValueError, match="times must run in one direction"):
         at_step(times=np.array(times))

@@ -171,7 +171,7 @@ def test_tolerances_that_are_none(tolerance):
         simulate(CRAFT, START, surroundings, TIMES, tolerance=tolerance)
 
 
-@pytest.mark.parametrize("times", [[1.0, 3.0, 2.0], [-1.0, 1.0, 2.0], [1.0, np.nan, 2.0]])
+@pytest.mark.parametrize("times", [[1.0, 3.0, 2.0], [-1.0, 1.0, 2.0]])
 def test_times_that_turn_round(times):
     with pytest.raises(ValueError, match="times must run in one direction"):
         simulate(CRAFT, START, surroundings, np.array(times))

@@ -135,7 +135,7 @@ def sample_orbit(orbit: AbstractOrbit, *, start: int | float, stop: int | float,
     What a series of many terms, such as the Sun's or the Moon's, costs once instead of at each stage of a propagation:
     samples an hour apart follow both to a millimetre, the rounding of their argument of time.
     """
-    if not (stop > start and step > 0.0):
+    if not (np.isfinite([start, stop]).all() and stop > start and step > 0.0):
         raise ValueError(f"start, stop and step must satisfy start < stop and step > 0, got {start}, {stop}, {step}")
     orbit.check_span(np.array([start, stop], float))
     intervals = max(math.ceil((stop - start) / step), WINDOW - 1)
