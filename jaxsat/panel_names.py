@@ -1,12 +1,16 @@
 """What the panels of a box are called and how they are coloured, for whoever must not wait for JAX to know it."""
 
+import os
+
+from jaxsat.errors import InputError
+
 PANEL_NAMES = ("+x", "-x", "+y", "-y", "+z", "-z")
 """Natural order of the panels of a box, and of the rows of `spacecraft.box_normals()`."""
 
 TILT_AXES = tuple("xyz".replace(name[1], "") for name in PANEL_NAMES)
 """The two body axes across each panel, about which `spacecraft.tilted` turns it."""
 
-PANEL_COLOURS = {
+SAFE_COLOURS = {
     "+x": "#0f8a64",
     "-x": "#d99e10",
     "+y": "#a5400b",
@@ -26,3 +30,10 @@ PAPER_COLOURS = {
     "-z": "#8e44ad",
 }
 """Those of Penkov et al. 2009, dark enough for lines on white; a choice of the reader's in a report."""
+
+SCHEME = os.environ.get("JAXSAT_COLOURS") or "safe"
+"""Which of the two pictures have, and a report begins with: `safe` or `paper`."""
+if SCHEME not in ("safe", "paper"):
+    raise InputError(f"{SCHEME!r} is neither 'safe' nor 'paper'", field="JAXSAT_COLOURS")
+PANEL_COLOURS = PAPER_COLOURS if SCHEME == "paper" else SAFE_COLOURS
+"""Of panels, and of axes by their positive side, in all pictures."""

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.image import imread
+from scipy.spatial.transform import Rotation
 
 from jaxsat.plotting import png_bytes
 from jaxsat.plotting.channels import Readings, Timeline, column_colours, draw_motion, draw_readings, draw_worth
@@ -103,8 +104,15 @@ def test_timeline_ends_half_way_between_samples():
 
 def test_motion_with_and_without_sigma():
     rates = np.stack([np.sin(T / 9.0), np.cos(T / 9.0), 0.0 * T], axis=1)
-    drawn(draw_motion(T, rates, np.full((len(T), 3), 0.3), TIMELINE))
-    drawn(draw_motion(T, rates, np.full((len(T), 3), np.inf), TIMELINE))
+    turn = Rotation.from_rotvec(np.outer(T, [0.0, 0.05, 0.0])).as_quat(scalar_first=True)
+    flipped = turn * np.where(np.arange(len(T)) % 2, -1.0, 1.0)[:, None]
+    figure = draw_motion(T, flipped, rates, np.full((len(T), 3), 0.3), TIMELINE)
+    # Both signs are one attitude: the line is the smooth one, here cos and sin of half the turn.
+    lines = figure.axes[0].get_lines()
+    np.testing.assert_allclose(lines[0].get_ydata(), np.cos(0.025 * T), atol=1e-12)
+    np.testing.assert_allclose(lines[2].get_ydata(), np.sin(0.025 * T), atol=1e-12)
+    drawn(figure)
+    drawn(draw_motion(T, turn, rates, np.full((len(T), 3), np.inf), TIMELINE))
 
 
 def test_worth_of_nothing_and_of_much():

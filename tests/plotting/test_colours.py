@@ -1,6 +1,9 @@
 """Colours stay apart for people who see no red or no green, and are the same in pictures and pages."""
 
+import os
 import re
+import subprocess
+import sys
 from importlib.resources import files
 from itertools import combinations
 
@@ -74,3 +77,17 @@ def test_page_and_pictures_have_one_scheme():
     assert COLOURS == LINES[:4]
     paper = css.split(':root[data-colours="paper"] {')[1].split("}")[0]
     assert re.findall(r"light-dark\((#[0-9a-f]{6}),", paper) == [PAPER_COLOURS[f"+{axis}"] for axis in "xyz"]
+
+
+def test_the_papers_are_asked_for_by_the_environment():
+    """By every command alike, so before anything is drawn; another word is refused."""
+    program = "from jaxsat.plotting.style import AXIS_COLOURS; print(*AXIS_COLOURS.values())"
+    for scheme, status in (("paper", 0), ("", 0), ("bright", 1)):
+        environment = {**os.environ, "JAXSAT_COLOURS": scheme}
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, env=environment)
+        assert done.returncode == status
+        if status:
+            assert "JAXSAT_COLOURS: 'bright' is neither 'safe' nor 'paper'" in done.stderr
+        else:
+            colours = PAPER_COLOURS if scheme else PANEL_COLOURS
+            assert done.stdout.split() == [colours[f"+{axis}"] for axis in "xyz"]

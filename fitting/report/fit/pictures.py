@@ -27,8 +27,9 @@ def draw_fit(result: FitResult, label: str, scene: Mapping[str, Any] | None = No
     subtitle, timeline = f"{label}: {result.verdict}", timeline_of(result)
     rates = np.degrees(result.angular_velocity_rad_s)
     b = result.between
-    curve = None if b is None else (b.t_s, np.degrees(b.angular_velocity_rad_s))
-    motion = draw_motion(result.t_s, rates, result.attitude_sigma_deg, timeline, curve=curve, subtitle=subtitle)
+    between = (b.t_s, b.quaternion_inertial_from_body, np.degrees(b.angular_velocity_rad_s)) if b is not None else None
+    q, sigma = result.quaternion_inertial_from_body, result.attitude_sigma_deg
+    motion = draw_motion(result.t_s, q, rates, sigma, timeline, curves=between, subtitle=subtitle)
     figures = {"attitude.png": motion}
     stems = file_stems(result.channels)
     for name, channel in result.channels.items():

@@ -9,7 +9,7 @@ from fitting.outcome.result import Between, ChannelFit, FitResult
 from fitting.report.fit.pictures import channel_text, lit_of, timeline_of
 from fitting.report.fit.shown import readings_of
 from jaxsat.files.json_files import plain
-from jaxsat.panel_names import PANEL_COLOURS, PAPER_COLOURS
+from jaxsat.panel_names import PANEL_COLOURS, PAPER_COLOURS, SAFE_COLOURS, SCHEME
 from jaxsat.plotting.channels import column_colours
 from jaxsat.significant import unit_text
 
@@ -32,9 +32,10 @@ def page_data_of(
         "schema": SCHEMA,
         "epoch_utc": epoch_utc,
         # Faces of the body, in the colours that panels have.
-        "panels": [{"name": name.upper(), "colour": colour} for name, colour in PANEL_COLOURS.items()],
-        # What stands in place of these where the reader wants the paper's.
-        "paper": {colour: PAPER_COLOURS[name] for name, colour in PANEL_COLOURS.items()},
+        "panels": [{"name": name.upper(), "colour": colour} for name, colour in SAFE_COLOURS.items()],
+        # What stands in place of these where the reader wants the paper's, and whether the page begins so.
+        "paper": {colour: PAPER_COLOURS[name] for name, colour in SAFE_COLOURS.items()},
+        "scheme": SCHEME,
         "size": [1.0, 1.0, 1.0] if size_m is None else (np.asarray(size_m) / np.max(size_m)).round(4),
         "held_s": [list(span) for span in timeline.held_out],
         "samples": {
@@ -85,7 +86,7 @@ def _channel(channel: ChannelFit, note: str, between: Between | None) -> dict[st
         "readings": [
             {
                 "name": name,
-                "colour": named[k],
+                "colour": _safe(named[k]),
                 "measured": short(r.measured[every, k]),
                 "modelled": short(r.modelled[every, k]),
                 **({} if direct is None or "direct_line" in lines[k] else {"direct": short(direct[every, k])}),
@@ -96,7 +97,7 @@ def _channel(channel: ChannelFit, note: str, between: Between | None) -> dict[st
         "residuals": [
             {
                 "name": name,
-                "colour": turns[k],
+                "colour": _safe(turns[k]),
                 "residual": np.round(r.residual[every, k], 3),
                 "promised": np.round(channel.promised[every, k], 3),
                 # Numbers of the samples that were weighed down.
@@ -112,3 +113,8 @@ def short(values: np.ndarray) -> np.ndarray:
     known = np.abs(values[np.isfinite(values)])
     largest = float(known.max()) if known.size else 0.0
     return np.round(values, DIGITS - 1 - int(np.floor(np.log10(largest)))) if largest > 0.0 else values
+
+
+def _safe(colour: str) -> str:
+    """That for which the page's switch knows the paper's."""
+    return next((SAFE_COLOURS[name] for name, own in PANEL_COLOURS.items() if own == colour), colour)

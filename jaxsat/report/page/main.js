@@ -15,7 +15,7 @@ import { Views, webglWorks } from "./views.js";
 function start() {
   const page = readPage(document.getElementById("data").textContent);
   const theme = new Theme();
-  const switches = el("div", { class: "switches" }, page.paper ? schemeButton(page.paper, theme) : null, theme.button);
+  const switches = el("div", { class: "switches" }, page.paper ? schemeButton(page.paper, page.scheme, theme) : null, theme.button);
   document.querySelector("header").append(switches);
   if (page.samples.t_s.length < 2) return;
 
