@@ -150,7 +150,7 @@ def _live(result: FitResult, pictures: Mapping[str, bytes], base: str) -> Iterat
 
     yield Live("motion", "Motion", _picture(pictures, "orbit.png", ORBIT_ALT))
     yield Live("attitude", "Attitude", files=table("attitude.csv"))
-    alt = "Rates and 1σ of the attitude against time"
+    alt = "Attitude, rates and 1σ of the attitude against time"
     yield Live("rates", "Angular velocity", _picture(pictures, "attitude.png", alt), table("attitude.csv"))
     if result.field_angle_deg is not None:
         alt = "Angle of body x to the field with its band, against time"
