@@ -82,6 +82,8 @@ class Evidence:
     held_out: bool
     no_body: bool = False
     """Whether the inertia tensor is that of no body."""
+    renamed: str = ""
+    """Axes of the satellite file that stand as x, y, z of the inertia found, as `y, z, x`; empty: their own."""
     chi2_p: float = 1.0
     """Probability that noise of the stated size gives this chi2 or more."""
     background: Background = Background()
@@ -108,6 +110,13 @@ def judge(evidence: Evidence) -> tuple[str, str, str, tuple[str, ...]]:
     if denied:
         reason = "; ".join(denied)
         return NOT_CONVERGED, WRONG_MODEL, reason, remarks
+    if evidence.renamed:
+        reason = (
+            "the data fit, but by the inertia that was found x, y, z of the sensors are the axes "
+            f"{evidence.renamed} of [body] in the satellite file: columns or sensors' axes in another order, all alike, or "
+            "an inertia in another order; attitude and numbers are those of the sensors' axes"
+        )
+        return AMBIGUOUS, AMBIGUOUS_VERDICT, reason, remarks
     equals = [a for a in evidence.alternatives if a["chi2_above_best"] < as_well(evidence.ratio)]
     if equals:
         axes = sum(bool(a["axes"]) for a in equals)
