@@ -112,9 +112,9 @@ def judge(evidence: Evidence) -> tuple[str, str, str, tuple[str, ...]]:
         return NOT_CONVERGED, WRONG_MODEL, reason, remarks
     if evidence.renamed:
         reason = (
-            "the data fit, but by the inertia that was found x, y, z of the sensors are the axes "
-            f"{evidence.renamed} of [body] in the satellite file: columns or sensors' axes in another order, all alike, or "
-            "an inertia in another order; attitude and numbers are those of the sensors' axes"
+            f"the data fit, but by the inertia found x, y, z of the sensors are the axes {evidence.renamed} of [body] "
+            "in the satellite file: columns or sensors' axes in another order, all alike, or an inertia in "
+            "another order; attitude and numbers are those of the sensors' axes"
         )
         return AMBIGUOUS, AMBIGUOUS_VERDICT, reason, remarks
     equals = [a for a in evidence.alternatives if a["chi2_above_best"] < as_well(evidence.ratio)]
