@@ -15,7 +15,7 @@ from fitting.doctor.causes.freeing import freed_parts
 from fitting.doctor.causes.magnets import other_magnets
 from fitting.doctor.causes.mountings import other_axes
 from fitting.doctor.causes.outliers import outlying_readings
-from fitting.doctor.causes.positions import earth_fixed, late_positions
+from fitting.doctor.causes.positions import earth_fixed, late_clock, late_positions
 from fitting.doctor.causes.rates import faster_turns
 from fitting.doctor.causes.scales import drifting_scales, offset_readings, other_noise
 from fitting.doctor.causes.stamps import jumping_stamps, late_channels, running_clock
@@ -104,6 +104,7 @@ def _nearby(bench: Bench) -> list[Kind]:
         lambda: freed_parts(bench),
         lambda: drifting_scales(bench),
         lambda: late_positions(bench),
+        lambda: late_clock(bench),
         lambda: late_channels(bench),
     ]
 

@@ -81,10 +81,18 @@ def wrong_axes(sensors: Mapping[str, AbstractSensor]) -> tuple[str, ...]:
         if turn.shape != (3,) or axes.ndim != 2 or np.linalg.norm(turn) < LARGE_TURN:
             continue
         # Column k reads along row k of the axes, of a vector in the sensor's own.
-        told = axes_text(axes @ body_from_sensor(jnp.asarray(turn)).T)
+        told = axes_text(_nearest_axes(axes @ body_from_sensor(jnp.asarray(turn)).T))
         angle = np.degrees(np.linalg.norm(turn))
         found.append(
             f"the turn of {name} is {angle:.0f} deg: its axes are likely {', '.join(told)} "
             f"(sensors.{name}.axes, or --as axes:{name}:{''.join(told)})"
         )
     return tuple(found)
+
+
+def _nearest_axes(rows: np.ndarray) -> np.ndarray:
+    """The signed permutation nearest to a rotation: each axis once, where rows by themselves may agree."""
+    taken = max(permutations(range(3)), key=lambda order: np.abs(rows[range(3), order]).sum())
+    found = np.zeros((3, 3))
+    found[range(3), taken] = np.where(rows[range(3), taken] < 0.0, -1.0, 1.0)
+    return found

@@ -1,4 +1,4 @@
-"""Cells that are no readings: numbers in place of what was not measured, as -999, and the end of a sensor's range."""
+"""Cells that are no readings: numbers in place of what was not measured, as -999, what is stuck, the end of a range."""
 
 import numpy as np
 
@@ -14,6 +14,8 @@ ALL_BUT = 0.98
 AT_END, END_SHARE, TIMES_USUAL = 5, 0.02, 5
 """Readings at one end of the range, from which on it may be one: at least so many, of all such a share, and times what
 any number between the ends has."""
+IN_A_ROW, ROW_SHARE = 10, 0.05
+"""The same of readings that are stuck at any number, one after the other."""
 
 
 def fillers(values: np.ndarray, sigma: float, *, vector: bool) -> np.ndarray:
@@ -32,10 +34,11 @@ def fillers(values: np.ndarray, sigma: float, *, vector: bool) -> np.ndarray:
     return found
 
 
-def saturated(values: np.ndarray) -> np.ndarray:
-    """[rows columns] which cells stand at the end of a sensor's range: the largest or the least number of a column.
+def standing(values: np.ndarray) -> np.ndarray:
+    """[rows columns], in order of time, which cells are stuck or stand at the end of a sensor's range.
 
-    Readings with noise hardly repeat, but at an end; where others repeat too, of coarse steps, none is taken.
+    Readings with noise hardly repeat: neither the largest or the least number of a column many times, nor any number
+    in a long row. Where others repeat too, of coarse steps, none is taken.
     """
     found = np.zeros(values.shape, bool)
     for k in range(values.shape[1]):
@@ -43,11 +46,27 @@ def saturated(values: np.ndarray) -> np.ndarray:
         numbers, counts = np.unique(column, return_counts=True)
         if numbers.size < AGAIN + 2:
             continue
-        usual = int(counts[1:-1].max())
-        for end in (0, -1):
-            if counts[end] >= max(AT_END, END_SHARE * column.size, TIMES_USUAL * usual):
-                found[:, k] |= values[:, k] == numbers[end]
+        by_count = np.argsort(counts)
+        usual = int(np.delete(counts, [0, counts.size - 1, *([by_count[-1]] if counts.size > 3 else [])]).max())
+        if _longest_run(column, numbers[[0, -1, by_count[-1]]]) >= AGAIN:
+            # Steps so coarse that readings stay on one: rest is not to be told from being stuck.
+            continue
+        for which in {0, numbers.size - 1, int(by_count[-1])}:
+            at = np.flatnonzero(column == numbers[which])
+            at_end = which in (0, numbers.size - 1)
+            in_a_row = at.size == at[-1] - at[0] + 1
+            least = (AT_END, END_SHARE) if at_end else (IN_A_ROW, ROW_SHARE)
+            if (at_end or in_a_row) and at.size >= max(least[0], least[1] * column.size, TIMES_USUAL * usual):
+                found[:, k] |= values[:, k] == numbers[which]
     return found
+
+
+def _longest_run(column: np.ndarray, but: np.ndarray) -> int:
+    """Most readings of one number after each other, of numbers that are none of these."""
+    ends = np.flatnonzero(np.diff(column) != 0.0)
+    edges = np.concatenate([[-1], ends, [column.size - 1]])
+    lengths = np.diff(edges)[~np.isin(column[edges[1:]], but)]
+    return int(lengths.max(initial=0))
 
 
 def _repeated(values: np.ndarray) -> np.ndarray:

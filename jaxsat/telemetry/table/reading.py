@@ -11,7 +11,7 @@ from jaxsat.files.units import parsed_unit
 from jaxsat.satellites.satellite import Satellite
 from jaxsat.sensors import Gyroscope, HorizonVector, Magnetometer, StarTracker, SunVector
 from jaxsat.telemetry.table.axes import positions_of_date, quaternions_of_date
-from jaxsat.telemetry.table.fillers import fillers, saturated
+from jaxsat.telemetry.table.fillers import fillers, standing
 from jaxsat.telemetry.table.raw import read_raw_table
 from jaxsat.telemetry.table.rows import Rows, backward, joined, kept, named_columns, rejected, stamped
 from jaxsat.telemetry.table.session import Channel, RejectedRow, TableSession
@@ -20,7 +20,7 @@ from jaxsat.time import Epoch
 
 REPEATED = "the same reading again"
 FILLER = "a number again and again that is no reading"
-SATURATED = "at the end of the sensor's range again and again"
+STANDING = "a number that stands still: the end of the sensor's range, or stuck"
 SECOND_READING = "another reading of an instant that has one"
 
 _UNIT_LENGTH = 0.05
@@ -88,7 +88,7 @@ def _channel(
     unread = fillers(values[order], settings.sigma or 0.0, vector=isinstance(sensor, _VECTORS))
     _leave_out(rows, values, order, unread, settings.columns, FILLER, rejections)
     if isinstance(sensor, Gyroscope) or (isinstance(sensor, Magnetometer) and not sensor.unit_vector):
-        _leave_out(rows, values, order, saturated(values[order]), settings.columns, SATURATED, rejections)
+        _leave_out(rows, values, order, standing(values[order]), settings.columns, STANDING, rejections)
     places = order[np.isfinite(values[order]).any(axis=1)]
     places = _once(rows, t_s, values, places, name, rejections)
     return Channel.of(name, settings, t_s[places], values[places])

@@ -28,6 +28,13 @@ def test_a_small_turn_is_none_of_axes():
     assert remarks([0.3, 0.2, -0.4]) == ()
 
 
+def test_each_axis_is_named_once():
+    # A turn of 61 deg about an axis of no direction: the largest entries of two rows stand in one column.
+    for turn in np.random.default_rng(0).normal(size=(200, 3)):
+        (said,) = remarks(np.radians(61.0) * turn / np.linalg.norm(turn))
+        assert sorted(said.split("--as axes:mag:")[1].rstrip(")")[1::2]) == ["x", "y", "z"]
+
+
 SLENDER = np.array([0.0400, 0.0430, 0.0075, 0.0, 0.0, 0.0])
 
 

@@ -227,7 +227,7 @@ def _made_up(mag, gyro):
     """A table of 40 rows; `mag` and `gyro` give the cells of row k, None those of the motion."""
     lines = ["utc,bx,by,bz,gx,gy,gz"]
     for k in range(40):
-        b = 30000 * np.array([math.sin(0.1 * k), math.cos(0.1 * k), 0.3])
+        b = 30000 * np.array([math.sin(0.1 * k), math.cos(0.1 * k), 0.3 + 0.001 * k])
         w = [1.0 + 0.01 * k, -2.0, 0.02 * k]
         cells = mag(k) or [f"{x:.1f}" for x in b]
         cells = [*cells, *(gyro(k) or [f"{x:.3f}" for x in w])]
@@ -261,3 +261,11 @@ def test_the_end_of_a_range_is_no_reading(table, satellite):
     session = read_telemetry(table(text), satellite(more=GYRO))
     assert [each.column for each in session.rejections] == ["gx"] * clipped.count("1.5000")
     assert len(session.rejections) > 10 and not np.isfinite(session.channels["gyro"].values[10, 0])
+
+
+def test_what_is_stuck_is_no_reading(table, satellite):
+    text = _made_up(
+        lambda k: ["1234.5", f"{30000 * math.cos(0.1 * k):.1f}", f"{k}"] if k > 25 else None, lambda k: None
+    )
+    session = read_telemetry(table(text), satellite(more=GYRO))
+    assert [(each.column, each.row) for each in session.rejections] == [("bx", k + 2) for k in range(26, 40)]
