@@ -18,8 +18,8 @@ OTHER_UNIT = 20.0
 """Times that the field is larger or smaller than bias and scale of a magnetometer can make it."""
 MOST_TURNS = 10.0
 """Between two readings, beyond which no motion is followed from one to the other."""
-FASTER = 3.0
-"""By which a coil may make a satellite turn faster from row to row [rad/s]."""
+FASTER, LASTS_S = 1.5, 10.0
+"""By which a coil may make a satellite turn faster from row to row [rad/s], of rows that are at most so far apart."""
 
 
 def check_field(problem: Problem, samples: Samples) -> None:
@@ -66,13 +66,13 @@ def check_commands(problem: Problem, samples: Samples) -> None:
         if not isinstance(part, Coil):
             continue
         t, current = samples.columns[part.column]
-        lasts = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
+        lasts = min(float(np.median(np.diff(t))) if len(t) > 1 else 0.0, LASTS_S)
         moment = float(np.abs(part.area_turns)) * float(np.abs(current).max())
         faster = moment * field / slowest * lasts
         if faster > FASTER:
             reason = (
                 f"the largest command, {np.abs(current).max():g} A, is a dipole of {moment:.3g} A m2, by which the "
-                f"satellite turns {np.degrees(faster):.0f} deg/s faster from one row to the next: is the unit of the "
+                f"satellite turns {np.degrees(faster):.0f} deg/s faster in {lasts:g} s: is the unit of the "
                 'column right (unit of its [[coils]], as "mA"), or area_turns_m2?'
             )
             raise InputError(reason, field=part.column)
