@@ -10,6 +10,7 @@ from fitting.doctor.bench import Bench
 from fitting.doctor.causes.axes import other_orders
 from fitting.doctor.causes.changes import changes
 from fitting.doctor.causes.columns import dead_columns
+from fitting.doctor.causes.commands import other_commands
 from fitting.doctor.causes.dates import other_year, other_zone
 from fitting.doctor.causes.freeing import freed_parts
 from fitting.doctor.causes.magnets import other_magnets
@@ -63,6 +64,7 @@ def examine(bench: Bench, result: FitResult, progress: Progress) -> tuple[Cause,
         lambda: jumping_stamps(bench),
         lambda: other_axes(bench),
         lambda: other_units(bench),
+        lambda: other_commands(bench),
         lambda: dead_columns(bench),
         # Near a minimum that is none of the data's, small changes help nothing.
         *(orders + local if bench.hopeless else local + orders),

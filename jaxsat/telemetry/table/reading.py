@@ -104,7 +104,7 @@ def _leave_out(
     rejections: list[RejectedRow],
 ) -> None:
     """Takes cells [rows in order, columns] out of `values`, and tells of each what it held."""
-    for k in np.flatnonzero(which.any(axis=0)):
+    for k in np.flatnonzero(which.any(axis=0)).tolist():
         cells = order[which[:, k]]
         told = [f"{number:g}" for number in values[cells, k]]
         rejections += rejected(rows, cells, columns[k], reason, told)
