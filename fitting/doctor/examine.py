@@ -10,10 +10,9 @@ from fitting.doctor.bench import Bench
 from fitting.doctor.causes.axes import other_orders
 from fitting.doctor.causes.changes import changes
 from fitting.doctor.causes.columns import dead_columns
-from fitting.doctor.causes.commands import other_commands
 from fitting.doctor.causes.dates import other_year, other_zone
 from fitting.doctor.causes.freeing import freed_parts
-from fitting.doctor.causes.magnets import other_magnets
+from fitting.doctor.causes.magnets import other_commands, other_magnets
 from fitting.doctor.causes.mountings import other_axes
 from fitting.doctor.causes.outliers import outlying_readings
 from fitting.doctor.causes.positions import earth_fixed, late_clock, late_positions
