@@ -12,7 +12,7 @@ from fitting.measurements.assembly import Samples, build_problem, usable
 from fitting.measurements.enough import check_sunlit
 from fitting.measurements.problem import Problem
 from fitting.measurements.sky import Around
-from fitting.measurements.units import check_field
+from fitting.measurements.units import check_commands, check_field, check_spacing
 from fitting.outcome.looking import prepare_look
 from fitting.parameters.free import FreeParameters
 from fitting.settings import FitSettings
@@ -110,7 +110,9 @@ def identify(
     # The sky first: sights need no motion. In the shape that a motion as fast as is likely will have.
     fastest = float(np.radians(settings.max_rate_deg_s))
     first = build(samples, max_step=settings.step_s, room_for=steps_for(fastest)[1])
+    check_spacing(first, samples)
     check_field(first, samples)
+    check_commands(first, samples)
     check_sunlit(first, {name: channel.witness for name, channel in samples.channels.items()}, FIRST_ARC)
     seeing = samples.part(slice(fitted))
     found = conventions(first, seeing, unknown_axes)

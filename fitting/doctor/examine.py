@@ -12,10 +12,10 @@ from fitting.doctor.causes.changes import changes
 from fitting.doctor.causes.columns import dead_columns
 from fitting.doctor.causes.dates import other_year, other_zone
 from fitting.doctor.causes.freeing import freed_parts
-from fitting.doctor.causes.magnets import other_magnets
+from fitting.doctor.causes.magnets import other_commands, other_magnets
 from fitting.doctor.causes.mountings import other_axes
 from fitting.doctor.causes.outliers import outlying_readings
-from fitting.doctor.causes.positions import earth_fixed, late_positions
+from fitting.doctor.causes.positions import earth_fixed, late_clock, late_positions
 from fitting.doctor.causes.rates import faster_turns
 from fitting.doctor.causes.scales import drifting_scales, offset_readings, other_noise
 from fitting.doctor.causes.stamps import jumping_stamps, late_channels, running_clock
@@ -63,6 +63,7 @@ def examine(bench: Bench, result: FitResult, progress: Progress) -> tuple[Cause,
         lambda: jumping_stamps(bench),
         lambda: other_axes(bench),
         lambda: other_units(bench),
+        lambda: other_commands(bench),
         lambda: dead_columns(bench),
         # Near a minimum that is none of the data's, small changes help nothing.
         *(orders + local if bench.hopeless else local + orders),
@@ -104,6 +105,7 @@ def _nearby(bench: Bench) -> list[Kind]:
         lambda: freed_parts(bench),
         lambda: drifting_scales(bench),
         lambda: late_positions(bench),
+        lambda: late_clock(bench),
         lambda: late_channels(bench),
     ]
 

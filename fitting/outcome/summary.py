@@ -15,7 +15,7 @@ from fitting.outcome.alternatives import DIFFERENT_ATTITUDE_DEG, other_minimum
 from fitting.outcome.believable import factor_remark, sigma_factor, widened, with_factor
 from fitting.outcome.breaks import find_breaks, stamp_delay
 from fitting.outcome.looking import Look, direct_readings, look_at
-from fitting.outcome.possible import no_body, without_light, wrong_axes
+from fitting.outcome.possible import no_body, renamed_axes, without_light, wrong_axes
 from fitting.outcome.result import WILD, ChannelFit, FitResult, FittedParameter, Holdout, Wish, misfit_share
 from fitting.outcome.series import PanelResiduals, panel_residuals, slots
 from fitting.outcome.uncertainty import (
@@ -98,6 +98,7 @@ def summarize(found: Identified, background: Background | None = None) -> FitRes
         notes=notes,
         held_out=not fitted.all(),
         no_body=no_body(parameters, seen),
+        renamed=renamed_axes(parameters, seen),
         chi2_p=chi2_p,
         background=background or Background(),
     )

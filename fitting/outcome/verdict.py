@@ -48,6 +48,9 @@ MOST_CONTRADICTED = 0.2
 HELD_BY_PRIOR, FAR_OFF = "held by its prior", "far off its prior"
 WITHOUT_LIGHT = "at zero: a panel without light"
 """Notes on a parameter."""
+FEW_OFF, NEARLY_ALL, SIMILAR = 5, 0.9, 1.5
+"""Of held-out readings, how many far off, and what share from the first one on, are an event; and the ratio to what is
+promised up to which the others are right."""
 ALIKE = 1e-4
 """Probability of white noise below which neighbouring residuals are said to agree."""
 LATE_SIGMAS = 5.0
@@ -82,6 +85,8 @@ class Evidence:
     held_out: bool
     no_body: bool = False
     """Whether the inertia tensor is that of no body."""
+    renamed: str = ""
+    """Axes of the satellite file that stand as x, y, z of the inertia found, as `y, z, x`; empty: their own."""
     chi2_p: float = 1.0
     """Probability that noise of the stated size gives this chi2 or more."""
     background: Background = Background()
@@ -108,6 +113,13 @@ def judge(evidence: Evidence) -> tuple[str, str, str, tuple[str, ...]]:
     if denied:
         reason = "; ".join(denied)
         return NOT_CONVERGED, WRONG_MODEL, reason, remarks
+    if evidence.renamed:
+        reason = (
+            f"the data fit, but by the inertia found x, y, z of the sensors are the axes {evidence.renamed} of [body] "
+            "in the satellite file: columns or sensors' axes in another order, all alike, or an inertia in "
+            "another order; attitude and numbers are those of the sensors' axes"
+        )
+        return AMBIGUOUS, AMBIGUOUS_VERDICT, reason, remarks
     equals = [a for a in evidence.alternatives if a["chi2_above_best"] < as_well(evidence.ratio)]
     if equals:
         axes = sum(bool(a["axes"]) for a in equals)
@@ -124,7 +136,7 @@ def judge(evidence: Evidence) -> tuple[str, str, str, tuple[str, ...]]:
             remarks,
         )
     bad = [
-        f"{name} {channel.holdout.sigma_ratio:.1f} times, {100 * lost:.0f} % of it far off"
+        f"{name} {channel.holdout.sigma_ratio:.1f} times, {100 * lost:.0f} % of it far off{_since(channel)}"
         for name, channel in evidence.channels.items()
         if channel.holdout and not channel.witness
         for lost in [float(np.mean(~channel.used[~channel.fitted]))]
@@ -135,6 +147,22 @@ def judge(evidence: Evidence) -> tuple[str, str, str, tuple[str, ...]]:
         # A witness against the model: scripts that ask for the status alone must not take it for a good fit.
         return NOT_CONVERGED, FITS_ONLY, reason + ": look for a missing term of a sensor, or a break", remarks
     return CONVERGED, PREDICTS, "one motion explains the data and predicts what was held out", remarks
+
+
+def _since(channel: ChannelFit) -> str:
+    """From when on nearly all held-out readings of a channel are far off, where those before are not; else empty."""
+    later = ~channel.fitted
+    t, off = channel.t_s[later], ~channel.used[later]
+    if off.sum() < FEW_OFF or off.mean() <= MOST_LEFT_OUT:
+        return ""
+    first = int(np.argmax(off))
+    # Twice in a row is no chance; what was right before makes it an event and not a motion that is lost.
+    if off[first:].mean() < NEARLY_ALL or channel.holdout is None or channel.holdout.sigma_ratio > SIMILAR:
+        return ""
+    return (
+        f", nearly all of it from {t[first]:.0f} s on while the others are as promised: its unit, its axes or the "
+        "sensor changed there, or it reads what is not there (light in the shadow)"
+    )
 
 
 def _wrong(evidence: Evidence) -> str | None:

@@ -1,6 +1,7 @@
-"""A magnet of the other sign, or along another axis, than the satellite file says."""
+"""Magnets of the other sign or axis than the satellite file says, and coils that act otherwise than commanded."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from fitting.doctor.bench import Bench
 from fitting.doctor.searches import anew
 from fitting.doctor.trial import Trial
 from jaxsat.satellites.model import MAGNET_PLACE
+from jaxsat.torques import Coil
 
 STARTS = 24
 FAR = 2.0
@@ -40,3 +42,21 @@ def other_magnets(bench: Bench) -> Iterator[Trial]:
                     chi2,
                     1,
                 )
+
+
+def other_commands(bench: Bench) -> Iterator[Trial]:
+    """All coils the other way round, as by a sign of currents or axes; all of them still, as where none was driven."""
+    names = {part.column for part in bench.problem.model.spacecraft.parts if isinstance(part, Coil)}
+    driven = [name for name in names if bench.samples.columns[name][1].any()]
+    if not driven:
+        return
+    for factor, cause, meaning in (
+        (-1.0, "coils turn it the other way", "the sign of the commands is turned, or the axes of [[coils]] are"),
+        (0.0, "coils do nothing", "the commands in the table were not carried out: leave [[coils]] out"),
+    ):
+        columns = dict(bench.samples.columns)
+        for name in driven:
+            t, value = columns[name]
+            columns[name] = (t, factor * value)
+        for chi2 in anew(bench, replace(bench.samples, columns=columns), STARTS, around=bench.around):
+            yield Trial("commands", f"{cause}: {', '.join(sorted(driven))}", meaning, chi2, 1, "")

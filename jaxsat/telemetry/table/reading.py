@@ -9,7 +9,9 @@ from jaxsat.errors import InputError
 from jaxsat.files.conditions import parsed_condition
 from jaxsat.files.units import parsed_unit
 from jaxsat.satellites.satellite import Satellite
+from jaxsat.sensors import Gyroscope, HorizonVector, Magnetometer, StarTracker, SunVector
 from jaxsat.telemetry.table.axes import positions_of_date, quaternions_of_date
+from jaxsat.telemetry.table.fillers import fillers, standing
 from jaxsat.telemetry.table.raw import read_raw_table
 from jaxsat.telemetry.table.rows import Rows, backward, joined, kept, named_columns, rejected, stamped
 from jaxsat.telemetry.table.session import Channel, RejectedRow, TableSession
@@ -17,9 +19,12 @@ from jaxsat.telemetry.table.stamps import as_epoch, seconds_after
 from jaxsat.time import Epoch
 
 REPEATED = "the same reading again"
+FILLER = "a number again and again that is no reading"
+STANDING = "a number that stands still: the end of the sensor's range, or stuck"
 SECOND_READING = "another reading of an instant that has one"
 
 _UNIT_LENGTH = 0.05
+_VECTORS = Magnetometer, Gyroscope, SunVector, HorizonVector, StarTracker
 
 
 def read_tables(paths: str | Path | Sequence[str | Path], satellite: Satellite) -> TableSession:
@@ -79,9 +84,31 @@ def _channel(
     settings = satellite.channels[name]
     missing = np.full(rows.row.size, np.nan)
     values = np.stack([rows.columns[column] if column else missing for column in settings.columns], axis=1)
+    sensor = satellite.model.sensors[name]
+    unread = fillers(values[order], settings.sigma or 0.0, vector=isinstance(sensor, _VECTORS))
+    _leave_out(rows, values, order, unread, settings.columns, FILLER, rejections)
+    if isinstance(sensor, Gyroscope) or (isinstance(sensor, Magnetometer) and not sensor.unit_vector):
+        _leave_out(rows, values, order, standing(values[order]), settings.columns, STANDING, rejections)
     places = order[np.isfinite(values[order]).any(axis=1)]
     places = _once(rows, t_s, values, places, name, rejections)
     return Channel.of(name, settings, t_s[places], values[places])
+
+
+def _leave_out(
+    rows: Rows,
+    values: np.ndarray,
+    order: np.ndarray,
+    which: np.ndarray,
+    columns: Sequence[str],
+    reason: str,
+    rejections: list[RejectedRow],
+) -> None:
+    """Takes cells [rows in order, columns] out of `values`, and tells of each what it held."""
+    for k in np.flatnonzero(which.any(axis=0)).tolist():
+        cells = order[which[:, k]]
+        told = [f"{number:g}" for number in values[cells, k]]
+        rejections += rejected(rows, cells, columns[k], reason, told)
+        values[cells, k] = np.nan
 
 
 def _once(

@@ -173,3 +173,17 @@ def test_larger_residuals_that_agree_with_their_neighbours_deny_where_nothing_wa
     assert (status, word) == ("not_converged", "not this model") and "1.34 times its noise and agree" in message
     # Noise of another size has no memory; chance may have either.
     assert told(0.05, 1.8, 1e-20)[0] == told(0.4, 1.1, 1e-20)[0] == told(0.4, 1.8, 1e-6)[0] == "converged"
+
+
+def test_an_inertia_with_its_axes_in_another_order_is_ambiguous():
+    status, word, reason, _ = verdict(renamed="y, z, x")
+    assert (status, word) == ("ambiguous", "ambiguous") and "are the axes y, z, x of [body]" in reason
+
+
+def test_readings_that_go_wrong_at_one_instant_are_told_from_when_on():
+    used = np.ones(N, bool)
+    used[34:] = False
+    assert "from 34 s on while the others are as promised" in verdict(channel(used=used))[2]
+    used[34:] = np.arange(N - 34) % 2 == 0
+    used[30:34] = False
+    assert "while the others" not in verdict(channel(used=used))[2]

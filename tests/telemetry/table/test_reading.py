@@ -221,3 +221,51 @@ def test_unix_stamps_that_are_none(table, satellite, stamp, said):
     found = satellite(time='[time]\ncolumn = "utc"\nform = "unix"\n')
     with pytest.raises(InputError, match=f"pass.csv:2: utc: .*{said}"):
         read_telemetry(table(f"utc,bx,by,bz\n{stamp},1,2,3\n"), found)
+
+
+def _made_up(mag, gyro):
+    """A table of 40 rows; `mag` and `gyro` give the cells of row k, None those of the motion."""
+    lines = ["utc,bx,by,bz,gx,gy,gz"]
+    for k in range(40):
+        b = 30000 * np.array([math.sin(0.1 * k), math.cos(0.1 * k), 0.3 + 0.001 * k])
+        w = [1.0 + 0.01 * k, -2.0, 0.02 * k]
+        cells = mag(k) or [f"{x:.1f}" for x in b]
+        cells = [*cells, *(gyro(k) or [f"{x:.3f}" for x in w])]
+        lines.append(f"2021-05-01T00:00:{k:02d}Z,{','.join(cells)}")
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("mag", "gyro", "left_out"),
+    [
+        (lambda k: None, lambda k: None, {}),
+        # Of nT -999 is within what each axis reads; of deg/s it is beyond.
+        (lambda k: ["-999"] * 3 if k % 6 == 5 else None, lambda k: None, {"bx": 6, "by": 6, "bz": 6}),
+        (lambda k: None, lambda k: [f"{1 + 0.01 * k}", "-999", "0.5"] if k % 6 == 5 else None, {"gy": 6}),
+        (lambda k: ["0"] * 3 if k % 2 else None, lambda k: ["9999"] * 3 if k > 36 else None, {"bx": 20, "gx": 3}),
+        # A gyroscope at rest, of coarse steps: zero is what it reads.
+        (lambda k: None, lambda k: ["0", "0", "0"] if k < 30 else ["0.2", "0", "0"], {}),
+    ],
+)
+def test_fillers_are_no_readings(table, satellite, mag, gyro, left_out):
+    session = read_telemetry(table(_made_up(mag, gyro)), satellite(more=GYRO))
+    found = {column: sum(each.column == column for each in session.rejections) for column in left_out}
+    assert found == left_out
+    assert len(session.rejections) == {0: 0, 3: 18, 1: 6, 2: 69}[len(left_out)]
+    assert all(each.reason == "a number again and again that is no reading" for each in session.rejections)
+
+
+def test_the_end_of_a_range_is_no_reading(table, satellite):
+    clipped = [f"{min(1.5, 2.0 * math.sin(0.2 * k) + 1e-3 * (k * 7 % 11)):.4f}" for k in range(40)]
+    text = _made_up(lambda k: None, lambda k: [clipped[k], "1.0", f"{0.02 * k:.2f}"])
+    session = read_telemetry(table(text), satellite(more=GYRO))
+    assert [each.column for each in session.rejections] == ["gx"] * clipped.count("1.5000")
+    assert len(session.rejections) > 10 and not np.isfinite(session.channels["gyro"].values[10, 0])
+
+
+def test_what_is_stuck_is_no_reading(table, satellite):
+    text = _made_up(
+        lambda k: ["1234.5", f"{30000 * math.cos(0.1 * k):.1f}", f"{k}"] if k > 25 else None, lambda k: None
+    )
+    session = read_telemetry(table(text), satellite(more=GYRO))
+    assert [(each.column, each.row) for each in session.rejections] == [("bx", k + 2) for k in range(26, 40)]
