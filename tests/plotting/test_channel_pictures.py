@@ -109,8 +109,8 @@ def test_motion_with_and_without_sigma():
     figure = draw_motion(T, flipped, rates, np.full((len(T), 3), 0.3), TIMELINE)
     # Both signs are one attitude: the line is the smooth one, here cos and sin of half the turn.
     lines = figure.axes[0].get_lines()
-    np.testing.assert_allclose(lines[0].get_ydata(), np.cos(0.025 * T), atol=1e-12)
-    np.testing.assert_allclose(lines[2].get_ydata(), np.sin(0.025 * T), atol=1e-12)
+    np.testing.assert_allclose(np.asarray(lines[0].get_ydata(), float), np.cos(0.025 * T), atol=1e-12)
+    np.testing.assert_allclose(np.asarray(lines[2].get_ydata(), float), np.sin(0.025 * T), atol=1e-12)
     drawn(figure)
     drawn(draw_motion(T, turn, rates, np.full((len(T), 3), np.inf), TIMELINE))
 
