@@ -17,6 +17,7 @@ from jaxsat.plotting.style import (
     new_figure,
     time_limits,
 )
+from jaxsat.significant import unit_text
 
 CHART_IN = 1.9
 
@@ -56,7 +57,7 @@ def draw_history(
         dress(axes)
         if all(_counted(values) for values in curves.values()):
             axes.yaxis.set_major_locator(MaxNLocator(integer=True))
-        head(axes, label)
+        head(axes, unit_text(label))
     last = grid.flat[len(charts) - 1]
     last.set_xlabel("time, s", fontsize=9, color=INK)
     last.set_xlim(*time_limits(t_s))

@@ -11,6 +11,7 @@ from jaxsat.errors import InputError
 from jaxsat.files.json_files import plain, write_json
 from jaxsat.files.units import parsed_unit
 from jaxsat.satellites.model import array_at, nominal_values
+from jaxsat.significant import unit_text
 from jaxsat.synthetic.twins.copied import satellite_files
 from jaxsat.synthetic.twins.table import table_text
 from jaxsat.synthetic.twins.twin import Twin
@@ -102,7 +103,7 @@ def pictures(twin: Twin, name: str) -> dict[str, bytes]:
     for channel, each in twin.channels.items():
         settings = twin.satellite.channels[channel]
         readings = {
-            f"{column}, {settings.unit}": {
+            ", ".join(filter(None, (column, unit_text(settings.unit)))): {
                 "simulated, as sent": each.values[:, k],
                 "simulated, without noise": each.mean[:, k],
             }
