@@ -69,22 +69,30 @@ def _longest_run(column: np.ndarray, but: np.ndarray) -> int:
     return int(lengths.max(initial=0))
 
 
-def _repeated(values: np.ndarray) -> np.ndarray:
-    """Numbers that stand at least `AGAIN` times among these."""
+def _repeated(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers that stand at least `AGAIN` times among these, and how often."""
     numbers, counts = np.unique(values[np.isfinite(values)], return_counts=True)
-    return numbers[counts >= AGAIN]
+    often = counts >= AGAIN
+    return numbers[often], counts[often]
 
 
 def _beyond_all(column: np.ndarray, sigma: float, *, vector: bool) -> np.ndarray:
     found = np.zeros(column.shape, bool)
-    repeated = _repeated(column)
+    numbers, counts = _repeated(column)
+    sizes = np.sort(np.abs(column[np.isfinite(column)]))
+    smaller = np.searchsorted(sizes, np.abs(numbers) / FAR, side="right")
+    left = sizes.size
     # The largest first: two fillers of one table must not hide each other.
-    for number in repeated[np.argsort(-np.abs(repeated))]:
+    for k in np.argsort(-np.abs(numbers)):
+        number = numbers[k]
+        if not (vector or number < 0.0) or smaller[k] < ALL_BUT * (left - counts[k] - 1):
+            # Too many others are not that much smaller. Of readings in steps nearly all numbers are repeated, and a
+            # quantile for each of them would take seconds.
+            continue
         others = np.abs(column[(column != number) & np.isfinite(column) & ~found])
-        if (vector or number < 0.0) and others.any():
-            limit = FAR * float(np.quantile(others, ALL_BUT)) + LEAST_SIGMAS * sigma
-            if abs(number) > limit:
-                found |= column == number
+        if others.any() and abs(number) > FAR * float(np.quantile(others, ALL_BUT)) + LEAST_SIGMAS * sigma:
+            found |= column == number
+            left -= counts[k]
     return found
 
 
@@ -96,7 +104,7 @@ def _one_number(values: np.ndarray, sigma: float) -> np.ndarray:
     if not (whole & ~flat).any():
         return found
     size = float(np.median(np.linalg.norm(values[whole & ~flat], axis=1)))
-    for number in _repeated(values[flat, 0]):
+    for number in _repeated(values[flat, 0])[0]:
         rows = np.flatnonzero(flat & (values[:, 0] == number))
         usual = np.flatnonzero(whole & ~flat)
         before = usual[np.maximum(np.searchsorted(usual, rows) - 1, 0)]
